@@ -1,0 +1,32 @@
+# The libraries that volcomp stands on, all from Debian 12's packages. Their headers are SYSTEM: no warnings from them.
+find_program(CCACHE ccache)
+if(CCACHE)
+  # The sloppiness lets ccache work with a precompiled header.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+      CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} ${CCACHE})
+endif()
+
+list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
+set(OpenMesh_FIND_QUIETLY ON)
+find_package(OpenVDB REQUIRED COMPONENTS openvdb)
+find_package(TBB REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(toml11 REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(OpenImageIO REQUIRED)
+find_package(OpenMesh REQUIRED)
+find_package(CGAL REQUIRED)
+find_package(nlohmann_json REQUIRED)
+if(VOLCOMP_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(VOLCOMP_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()
+
+# CGAL's own target would put -frounding-math on every source, which costs the marcher its vectorisation. Only the sources
+# that include CGAL get the flag (see VOLCOMP_CGAL_SOURCES).
+add_library(volcomp_cgal INTERFACE)
+target_include_directories(volcomp_cgal SYSTEM INTERFACE $<TARGET_PROPERTY:CGAL::CGAL,INTERFACE_INCLUDE_DIRECTORIES>)
+target_link_libraries(volcomp_cgal INTERFACE gmp mpfr)

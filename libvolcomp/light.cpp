@@ -1,0 +1,24 @@
+#include "light.h"
+
+#include "toml_reader.h"
+
+namespace volcomp {
+
+void Light::validate() const {}
+
+Light readLight(TableReader& r, int index)
+{
+    Light l;
+    l.name = r.text({"name", "", "of the light's own picture in the EXR"}, "light" + std::to_string(index + 1));
+    l.kind = r.choice<LightKind>({"kind", "", "kind of light"}, l.kind,
+                                 {{"directional", LightKind::directional}, {"point", LightKind::point}, {"spot", LightKind::spot}});
+    l.direction = r.direction({"direction", "", "the way the light travels; directional and spot"}, l.direction);
+    l.position = r.vector({"position", "m", "point and spot"}, l.position);
+    l.strength = r.colour({"strength", "", "what a white diffuse surface that faces it shows; point and spot: at 1 m"}, l.strength);
+    l.angle = kDegree * r.number({"angle_degrees", "degrees", "spot: from its axis to where it is dark"}, 30, {0.01, 90});
+    l.soft_angle = kDegree * r.number({"soft_angle_degrees", "degrees", "spot: width of the soft border inside the angle"}, 3, {0, 90});
+    r.finish();
+    return l;
+}
+
+} // namespace volcomp

@@ -1,0 +1,39 @@
+// One scene file, read and checked: what all three programs work from.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "camera.h"
+#include "compose_params.h"
+#include "layer.h"
+#include "light.h"
+#include "material.h"
+#include "primitive.h"
+#include "render_params.h"
+#include "surface.h"
+#include "toml_reader.h"
+
+namespace volcomp {
+
+struct Scene {
+    std::filesystem::path file;
+    std::vector<Material> materials;
+    std::vector<Primitive> boxes;
+    std::vector<SurfaceSpec> surfaces;
+    std::vector<Layer> layers;
+    ComposeParams compose;
+    Camera camera;
+    std::vector<Light> lights;
+    RenderParams render;
+};
+
+/// Reads a scene (TOML). Throws Error with the file, line and value for anything that is not as scenes/README.md says:
+/// syntax, unknown and missing keys, wrong types, values out of range, names that nothing has.
+Scene readScene(const std::filesystem::path& file);
+
+/// Every key that readScene() knows, in the order of the documentation.
+std::vector<KeyDoc> sceneKeys();
+
+} // namespace volcomp
