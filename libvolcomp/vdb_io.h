@@ -1,8 +1,16 @@
 // Volumes in VDB files that other programs understand: fog volumes named `density`, `tangentu` or `N`, and `Cd`.
 //
 // A volume of one material has those names; with several, each part's grids carry the material's name behind an underscore
-// (`density_bark`, `N_bark`, `Cd_bark`) and `density` is their sum. A colour that is the same everywhere is not a grid but
-// metadata of the density grid. Each part's density grid names its material in the metadata `volcomp_material`.
+// (`density_bark`, `N_bark`, `Cd_bark`) and a further grid `density` is their sum, for other programs. A direction or colour
+// that is the same everywhere is not a grid but metadata of its density grid. That metadata:
+//
+//     volcomp_material   name of the part's material
+//     volcomp_kind       "fibre" or "surface"
+//     volcomp_colour     the colour of every voxel, where there is no colour grid
+//     volcomp_direction  the direction of every voxel, where there is no direction grid
+//
+// Grids are stored as half floats where their range allows it: an error of at most 2^-11 of each value. Directions keep the
+// spread of MODEL section 8 in their length (volume.h).
 #pragma once
 
 #include <filesystem>
@@ -12,12 +20,17 @@
 namespace volcomp {
 
 /// Writes the volume; the file appears under its name when it is complete. `extra` is added to the file's metadata.
-/// Throws Error where the file cannot be written.
+/// Throws Error where the file cannot be written or the volume has no parts.
 void writeVolume(const std::filesystem::path& file, const Volume& volume, const openvdb::MetaMap& extra = {});
 
-/// Reads a volume, also one that no tool of ours made (a lone `density` grid is enough).
-/// Throws Error for a missing, truncated or foreign file, a grid of the wrong type, a transform that is not uniform scale,
-/// and NaN, infinite or negative densities.
-Volume readVolume(const std::filesystem::path& file);
+/// Reads a volume, also one that no tool of ours made: a lone `density` grid is enough; directions in such a file are
+/// normalised. With `delayed`, leaves are read from the file when they are first touched, which then has to stay in place, and
+/// values are not checked here but left to the caller.
+/// Throws Error for a missing, truncated or foreign file, a grid of the wrong type or name, a transform that is not uniform scale and
+/// translation, and for NaN, infinite or negative densities.
+Volume readVolume(const std::filesystem::path& file, bool delayed = false);
+
+/// The metadata of the file itself (not of its grids), as writeVolume's `extra`. Throws Error as readVolume().
+openvdb::MetaMap readVolumeMetadata(const std::filesystem::path& file);
 
 } // namespace volcomp

@@ -1,0 +1,346 @@
+#include "vdb_io.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+#include <openvdb/io/File.h>
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include "atomic_file.h"
+#include "error.h"
+
+namespace volcomp {
+namespace {
+
+namespace fs = std::filesystem;
+using openvdb::FloatGrid;
+using openvdb::Vec3SGrid;
+
+constexpr const char* kMaterial = "volcomp_material";
+constexpr const char* kKind = "volcomp_kind";
+constexpr const char* kColour = "volcomp_colour";
+constexpr const char* kDirection = "volcomp_direction";
+constexpr float kLargestHalf = 65504.0f;
+constexpr float kSmallestNormalHalf = 6.104e-5f;
+
+const char* directionName(MaterialKind kind) { return kind == MaterialKind::fibre ? "tangentu" : "N"; }
+
+/// The value that all active voxels share, if they do.
+std::optional<Vec3f> sharedValue(const Vec3SGrid& grid)
+{
+    auto it = grid.cbeginValueOn();
+    if (!it) return std::nullopt;
+    const openvdb::Vec3s first = *it;
+    openvdb::tree::LeafManager<const openvdb::Vec3STree> leaves(grid.tree());
+    std::atomic<bool> same{true};
+    leaves.foreach([&](const auto& leaf, std::size_t) {
+        if (!same) return;
+        for (auto v = leaf.cbeginValueOn(); v; ++v)
+            if (*v != first) {
+                same = false;
+                return;
+            }
+    });
+    Vec3SGrid::ValueOnCIter tile = grid.cbeginValueOn();
+    tile.setMaxDepth(Vec3SGrid::ValueOnCIter::LEAF_DEPTH - 1);
+    for (; tile && same; ++tile)
+        if (*tile != first) same = false;
+    if (!same) return std::nullopt;
+    return first;
+}
+
+/// True where half floats hold every density to 2^-11 of it.
+bool fitsHalf(const FloatGrid& grid)
+{
+    for (auto it = grid.cbeginValueOn(); it; ++it)
+        if (*it > kLargestHalf || (*it > 0 && *it < kSmallestNormalHalf)) return false;
+    return true;
+}
+
+void prepare(openvdb::GridBase& grid, const std::string& name, openvdb::VecType type)
+{
+    grid.setName(name);
+    grid.setCreator("volcomp");
+    grid.setGridClass(openvdb::GRID_FOG_VOLUME);
+    grid.setVectorType(type);
+    grid.setIsInWorldSpace(false);
+}
+
+/// A copy that shares the tree, so that names and metadata of the caller's grid stay as they were.
+template <class Grid>
+typename Grid::Ptr sharedCopy(const Grid& grid)
+{
+    return openvdb::ConstPtrCast<Grid>(grid.copy());
+}
+
+void addVectorGrid(openvdb::GridPtrVec& grids, FloatGrid& density, const Vec3SGrid::Ptr& source, const std::string& name,
+                   const char* shared_key, openvdb::VecType type)
+{
+    if (!source) return;
+    if (const auto value = sharedValue(*source)) {
+        density.insertMeta(shared_key, openvdb::Vec3SMetadata(*value));
+        return;
+    }
+    if (source->empty()) return;
+    auto grid = sharedCopy(*source);
+    prepare(*grid, name, type);
+    grid->setSaveFloatAsHalf(true);
+    grids.push_back(grid);
+}
+
+openvdb::GridPtrVec gridsOf(const Volume& volume)
+{
+    openvdb::GridPtrVec grids;
+    const bool several = volume.parts.size() > 1;
+    if (several) {
+        auto sum = volume.parts[0].density->deepCopy();
+        for (std::size_t i = 1; i < volume.parts.size(); ++i) {
+            auto part = volume.parts[i].density->deepCopy();
+            openvdb::tools::compSum(*sum, *part);
+        }
+        sum->clearMetadata();
+        prepare(*sum, "density", openvdb::VEC_INVARIANT);
+        sum->setSaveFloatAsHalf(fitsHalf(*sum));
+        grids.push_back(sum);
+    }
+    for (const VolumePart& part : volume.parts) {
+        const std::string suffix = several ? "_" + part.material : "";
+        auto density = sharedCopy(*part.density);
+        prepare(*density, "density" + suffix, openvdb::VEC_INVARIANT);
+        density->setSaveFloatAsHalf(fitsHalf(*density));
+        density->insertMeta(kMaterial, openvdb::StringMetadata(part.material));
+        density->insertMeta(kKind, openvdb::StringMetadata(part.kind == MaterialKind::fibre ? "fibre" : "surface"));
+        if (!part.colour) density->insertMeta(kColour, openvdb::Vec3SMetadata(part.uniform_colour));
+        grids.push_back(density);
+        addVectorGrid(grids, *density, part.direction, directionName(part.kind) + suffix, kDirection,
+                      part.kind == MaterialKind::fibre ? openvdb::VEC_CONTRAVARIANT_RELATIVE : openvdb::VEC_COVARIANT_NORMALIZE);
+        addVectorGrid(grids, *density, part.colour, "Cd" + suffix, kColour, openvdb::VEC_INVARIANT);
+    }
+    return grids;
+}
+
+// ---- reading ------------------------------------------------------------------------------------------------------
+
+class Reader {
+public:
+    Reader(const fs::path& file, bool delayed) : m_path(file), m_file(file.string()), m_delayed(delayed)
+    {
+        std::error_code code;
+        if (!fs::exists(file, code)) throw fileError(file, "", "a VDB file", "no file", "Check the path; the bake and compose tools make such files.");
+        if (!fs::is_regular_file(file, code)) throw fileError(file, "", "a VDB file", "a directory or device");
+        if (fs::file_size(file, code) == 0) throw fileError(file, "", "a VDB file", "an empty file");
+        guarded([&] { m_file.open(delayed); });
+        for (auto name = m_file.beginName(); name != m_file.endName(); ++name) m_names.push_back(*name);
+    }
+
+    bool has(const std::string& name) const { return std::find(m_names.begin(), m_names.end(), name) != m_names.end(); }
+    const std::vector<std::string>& names() const { return m_names; }
+    openvdb::MetaMap metadata()
+    {
+        openvdb::MetaMap result;
+        guarded([&] { result = *m_file.getMetadata(); });
+        return result;
+    }
+
+    template <class Grid>
+    typename Grid::Ptr read(const std::string& name)
+    {
+        openvdb::GridBase::Ptr grid;
+        guarded([&] { grid = m_file.readGrid(name); });
+        auto typed = openvdb::gridPtrCast<Grid>(grid);
+        if (!typed) throw fileError(m_path, "grid '" + name + "'", "type " + Grid::gridType(), "type " + grid->type());
+        checkTransform(*grid, name);
+        return typed;
+    }
+
+    const fs::path& path() const { return m_path; }
+    bool delayed() const { return m_delayed; }
+
+private:
+    /// OpenVDB's exceptions don't name the file; ours do.
+    template <class F>
+    void guarded(F&& f)
+    {
+        try {
+            f();
+        } catch (const Error&) {
+            throw;
+        } catch (const std::exception& e) {
+            throw fileError(m_path, "", "a complete VDB file", std::string("one that cannot be read (") + e.what() + ")",
+                            "It may be truncated or of another format; make it again.");
+        }
+    }
+
+    void checkTransform(const openvdb::GridBase& grid, const std::string& name) const
+    {
+        const auto& t = grid.transform();
+        const std::string place = "grid '" + name + "'";
+        if (!t.isLinear()) throw fileError(m_path, place, "a linear transform", "a " + t.mapType(), "Resample the grid to cubic voxels.");
+        const openvdb::Mat4d m = t.baseMap()->getAffineMap()->getMat4();
+        const double h = m(0, 0);
+        double off = std::max(std::abs(m(1, 1) - h), std::abs(m(2, 2) - h));
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                if (i != j) off = std::max(off, std::abs(m(i, j)));
+        if (!(h > 0) || !std::isfinite(h) || off > 1e-6 * h)
+            throw fileError(m_path, place, "cubic voxels along the axes (uniform scale and translation)",
+                            fmt::format("a transform with the rows [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}]", m(0, 0), m(0, 1), m(0, 2),
+                                        m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)),
+                            "Resample the grid to such voxels.");
+    }
+
+    fs::path m_path;
+    openvdb::io::File m_file;
+    bool m_delayed;
+    std::vector<std::string> m_names;
+};
+
+void checkDensity(const Reader& reader, const FloatGrid& grid)
+{
+    const auto bad = [](float v) { return !(v >= 0) || !std::isfinite(v); };
+    const auto fail = [&](const openvdb::Coord& at, float value) {
+        throw fileError(reader.path(), fmt::format("grid '{}', voxel ({}, {}, {})", grid.getName(), at.x(), at.y(), at.z()),
+                        "a finite density >= 0", fmt::format("{}", value));
+    };
+    if (bad(grid.background()) || grid.background() != 0)
+        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()), "0 (a fog volume)", fmt::format("{}", grid.background()),
+                        "Convert level sets to fog volumes first.");
+    const openvdb::tree::LeafManager<const openvdb::FloatTree> leaves(grid.tree());
+    // The first bad voxel in the order of the tree, whatever the threads do.
+    const std::size_t first = tbb::parallel_reduce(
+        leaves.leafRange(), leaves.leafCount(),
+        [&](const auto& range, std::size_t found) {
+            for (auto leaf = range.begin(); leaf; ++leaf)
+                for (auto v = leaf->cbeginValueOn(); v && leaf.pos() < found; ++v)
+                    if (bad(*v)) found = leaf.pos();
+            return found;
+        },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (first < leaves.leafCount())
+        for (auto v = leaves.leaf(first).cbeginValueOn(); v; ++v)
+            if (bad(*v)) fail(v.getCoord(), *v);
+    auto tile = grid.cbeginValueOn();
+    tile.setMaxDepth(FloatGrid::ValueOnCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile)
+        if (bad(*tile)) fail(tile.getCoord(), *tile);
+}
+
+/// Brings a vector grid into range: no NaN, no infinity, and unit directions where a foreign file has other lengths.
+void clean(Vec3SGrid& grid, bool normalise)
+{
+    const auto fixed = [normalise](openvdb::Vec3s v) {
+        const float length = v.length();
+        if (!std::isfinite(length)) return openvdb::Vec3s(0);
+        if (normalise) return length > 1e-6f ? v / length : openvdb::Vec3s(0);
+        return v;
+    };
+    openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid.tree());
+    leaves.foreach([&](auto& leaf, std::size_t) {
+        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(fixed(*v));
+    });
+    auto tile = grid.beginValueOn();
+    tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile) tile.setValue(fixed(*tile));
+}
+
+template <class T>
+std::optional<T> metadata(const openvdb::GridBase& grid, const char* key)
+{
+    const auto value = grid.getMetadata<openvdb::TypedMetadata<T>>(key);
+    if (!value) return std::nullopt;
+    return value->value();
+}
+
+Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatGrid& density, bool normalise)
+{
+    auto grid = reader.read<Vec3SGrid>(name);
+    if (!(grid->transform() == density.transform()))
+        throw fileError(reader.path(), "grid '" + name + "'", "the transform of '" + density.getName() + "'", "another one");
+    if (!reader.delayed()) clean(*grid, normalise);
+    return grid;
+}
+
+VolumePart readPart(Reader& reader, const std::string& suffix)
+{
+    VolumePart part;
+    part.density = reader.read<FloatGrid>("density" + suffix);
+    if (!reader.delayed()) checkDensity(reader, *part.density);
+    part.material = metadata<std::string>(*part.density, kMaterial).value_or("");
+    const auto kind = metadata<std::string>(*part.density, kKind);
+    const bool ours = kind.has_value();
+    const bool has_tangent = reader.has("tangentu" + suffix);
+    if (ours) part.kind = *kind == "surface" ? MaterialKind::surface : MaterialKind::fibre;
+    else part.kind = has_tangent ? MaterialKind::fibre : MaterialKind::surface;
+    if (const std::string name = directionName(part.kind) + suffix; reader.has(name))
+        part.direction = readVectors(reader, name, *part.density, !ours);
+    else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection)) {
+        part.direction = Vec3SGrid::create(openvdb::Vec3s(0));
+        part.direction->setTransform(part.density->transform().copy());
+        part.direction->tree().topologyUnion(part.density->tree());
+        openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(part.direction->tree());
+        leaves.foreach([&](auto& leaf, std::size_t) {
+            for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(*shared);
+        });
+        auto tile = part.direction->beginValueOn();
+        tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
+        for (; tile; ++tile) tile.setValue(*shared);
+    }
+    for (const char* name : {"Cd", "color"})
+        if (!part.colour && reader.has(name + suffix)) part.colour = readVectors(reader, name + suffix, *part.density, false);
+    if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour)) part.uniform_colour = *colour;
+    return part;
+}
+
+} // namespace
+
+void writeVolume(const fs::path& file, const Volume& volume, const openvdb::MetaMap& extra)
+{
+    if (volume.parts.empty()) throw fileError(file, "", "a volume with at least one material to write", "none");
+    const openvdb::GridPtrVec grids = gridsOf(volume);
+    openvdb::MetaMap meta(extra);
+    meta.insertMeta("creator", openvdb::StringMetadata("volcomp"));
+    writeAtomically(file, [&](const fs::path& temporary) {
+        try {
+            openvdb::io::File out(temporary.string());
+            const bool blosc = openvdb::io::Archive::hasBloscCompression();
+            out.setCompression((blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP) | openvdb::io::COMPRESS_ACTIVE_MASK);
+            out.write(grids, meta);
+            out.close();
+        } catch (const std::exception& e) {
+            throw fileError(file, "", "a file that can be written", e.what(), "Is the disk full, or the directory not yours?");
+        }
+    });
+}
+
+Volume readVolume(const fs::path& file, bool delayed)
+{
+    Reader reader(file, delayed);
+    std::vector<std::string> suffixes;
+    for (const std::string& name : reader.names())
+        if (name.rfind("density_", 0) == 0) suffixes.push_back(name.substr(7));
+    if (suffixes.empty()) {
+        if (!reader.has("density")) {
+            std::string found;
+            for (const std::string& name : reader.names()) found += (found.empty() ? "" : ", ") + name;
+            throw fileError(file, "", "a grid named 'density'", found.empty() ? "no grids" : "grids " + found);
+        }
+        suffixes.push_back("");
+    }
+    Volume volume;
+    for (const std::string& suffix : suffixes) volume.parts.push_back(readPart(reader, suffix));
+    for (const VolumePart& part : volume.parts)
+        if (!(part.density->transform() == volume.parts[0].density->transform()))
+            throw fileError(file, "grid '" + part.density->getName() + "'", "the transform of the other density grids", "another one");
+    return volume;
+}
+
+openvdb::MetaMap readVolumeMetadata(const fs::path& file) { return Reader(file, true).metadata(); }
+
+} // namespace volcomp
