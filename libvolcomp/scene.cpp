@@ -7,39 +7,76 @@
 namespace volcomp {
 namespace {
 
+template <class T>
+bool hasName(const std::vector<T>& list, const std::string& name)
+{
+    return std::any_of(list.begin(), list.end(), [&](const T& x) { return x.name == name; });
+}
+
+template <class T>
+std::string namesOf(const std::vector<T>& list)
+{
+    std::string text;
+    for (const T& x : list) text += (text.empty() ? "" : ", ") + x.name;
+    return text.empty() ? "there is none" : text;
+}
+
+/// Fails at the key of `table` that holds `name`, where no element of the list has it.
+template <class T>
+void requireName(const TableReader& table, const char* key, const std::string& what, const std::vector<T>& list, const std::string& name)
+{
+    table.require(hasName(list, name), key, "the name of a " + what + " (" + namesOf(list) + ")");
+}
+
+void readBoxes(TableReader& r, Scene& s)
+{
+    for (auto& [name, table] : r.named({"box", "", "A kind of volume box, grown by a recursive function"})) {
+        s.boxes.push_back(readPrimitive(table, name));
+        requireName(table, "material", "material", s.materials, s.boxes.back().material);
+    }
+}
+
+void readLayers(TableReader& r, Scene& s)
+{
+    int index = 0;
+    for (auto& table : r.tables({"layer", "", "One kind of box over one surface, with its second densities"})) {
+        Layer layer = readLayer(table, index++);
+        if (layer.surface.empty() && s.surfaces.size() == 1) layer.surface = s.surfaces[0].name;
+        requireName(table, "box", "box", s.boxes, layer.box);
+        requireName(table, "surface", "surface", s.surfaces, layer.surface);
+        table.require(!hasName(s.layers, layer.name), "name", "a name that no other layer has");
+        s.layers.push_back(std::move(layer));
+    }
+}
+
+void readLights(TableReader& r, Scene& s)
+{
+    int index = 0;
+    for (auto& table : r.tables({"light", "", "A light; any number of them"})) {
+        Light light = readLight(table, index++);
+        table.require(!hasName(s.lights, light.name), "name", "a name that no other light has");
+        s.lights.push_back(std::move(light));
+    }
+}
+
 Scene read(TableReader& r)
 {
     Scene s;
     s.file = r.file();
-    for (auto& [name, table] : r.named({"material", "", "What voxels are made of: MODEL sections 4 and 5"})) s.materials.push_back(readMaterial(table, name));
-    for (auto& [name, table] : r.named({"box", "", "A kind of volume box, grown by a recursive function"})) s.boxes.push_back(readPrimitive(table, name));
+    for (auto& [name, table] : r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
+        s.materials.push_back(readMaterial(table, name));
+    readBoxes(r, s);
     for (auto& [name, table] : r.named({"surface", "", "A surface that boxes stand on"})) s.surfaces.push_back(readSurface(table, name));
-    int index = 0;
-    for (auto& table : r.tables({"layer", "", "One kind of box over one surface, with its second densities"})) s.layers.push_back(readLayer(table, index++));
-    {
-        TableReader table = r.table({"compose", "", "How the placed boxes become one volume"});
-        s.compose = readCompose(table);
-    }
-    {
-        TableReader table = r.table({"camera", "", "Where the picture is taken from"});
-        s.camera = readCamera(table);
-    }
-    index = 0;
-    for (auto& table : r.tables({"light", "", "A light; any number of them"})) s.lights.push_back(readLight(table, index++));
-    {
-        TableReader table = r.table({"render", "", "The picture and how it is computed"});
-        s.render = readRender(table);
-    }
+    readLayers(r, s);
+    TableReader compose = r.table({"compose", "", "How the placed boxes become one volume"});
+    s.compose = readCompose(compose);
+    TableReader camera = r.table({"camera", "", "Where the picture is taken from"});
+    s.camera = readCamera(camera);
+    readLights(r, s);
+    TableReader render = r.table({"render", "", "The picture and how it is computed"});
+    s.render = readRender(render);
     r.finish();
     return s;
-}
-
-template <class T>
-std::string names(const std::vector<T>& list)
-{
-    std::string text;
-    for (const T& x : list) text += (text.empty() ? "" : ", ") + x.name;
-    return text.empty() ? "none" : text;
 }
 
 } // namespace

@@ -1,0 +1,241 @@
+#!/usr/bin/python3
+"""Makes the fur coat's surfaces and maps: a garment with sleeves, a shawl collar and an open front, on nobody.
+
+    make_coat.py DIR
+
+writes DIR/coat.obj (body and sleeves), DIR/collar.obj, and the maps of the body's texture space, which is in metres
+divided by the size of the sheet, so that nothing is stretched:
+    spots.png   colour: leopard rosettes on a ground that pales towards the hem and the front edges
+    cuffs.png   second density: 1 on the cuffs and the hem, 0 elsewhere
+    body.png    second density: the rest
+Units are metres, the hem is at y = 0, the front looks along +z. Everything follows from the numbers below; no random state.
+"""
+import math
+import os
+import struct
+import sys
+import zlib
+
+import numpy as np
+
+SHEET = (2.3, 1.2)     # size of the texture sheet, metres
+TORSO_WIDTH = 1.68     # its part for the torso; the sleeves lie above each other beside it
+PIXEL = 0.002          # metres a pixel of the maps
+
+# height, half width (x), half depth (z), exponent of the superellipse, half width of the front opening
+PROFILE = [
+    (0.00, 0.350, 0.285, 2.0, 0.100),
+    (0.25, 0.315, 0.250, 2.0, 0.075),
+    (0.48, 0.275, 0.210, 2.0, 0.050),
+    (0.70, 0.285, 0.205, 2.2, 0.045),
+    (0.84, 0.270, 0.180, 2.4, 0.050),
+    (0.93, 0.215, 0.140, 2.3, 0.055),
+    (1.00, 0.135, 0.105, 2.0, 0.060),
+    (1.06, 0.092, 0.090, 2.0, 0.060),
+]
+SLEEVE = [  # x, y, z of the axis, radius
+    (0.130, 0.895, -0.010, 0.070),
+    (0.222, 0.838, -0.010, 0.095),
+    (0.300, 0.730, -0.015, 0.092),
+    (0.345, 0.590, 0.000, 0.086),
+    (0.372, 0.460, 0.040, 0.082),
+    (0.385, 0.350, 0.085, 0.084),
+]
+
+
+def spline(rows, t):
+    """Catmull-Rom through rows[i] at t = i; t is clamped."""
+    t = min(max(t, 0.0), len(rows) - 1.0)
+    i = min(int(t), len(rows) - 2)
+    f = t - i
+    p0, p1, p2, p3 = (rows[min(max(i + k, 0), len(rows) - 1)] for k in (-1, 0, 1, 2))
+    return tuple(0.5 * (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f * f + (3 * b - a - 3 * c + d) * f ** 3)
+                 for a, b, c, d in zip(p0, p1, p2, p3))
+
+
+def add(a, b): return tuple(x + y for x, y in zip(a, b))
+def sub(a, b): return tuple(x - y for x, y in zip(a, b))
+def mul(a, s): return tuple(x * s for x in a)
+def cross(a, b): return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def unit(a):
+    length = math.sqrt(sum(x * x for x in a))
+    return mul(a, 1 / length)
+
+
+def torso(s, h):
+    """Point of the torso; s in [0, 1] from the right front edge around the back to the left one, h in [0, 1] from hem to neck."""
+    y, a, b, n, gap = spline(PROFILE, h * (len(PROFILE) - 1))
+    start = gap / a                                    # angle of the opening's edge, measured from the front
+    angle = start + s * (2 * math.pi - 2 * start)
+    fold = 1 + 0.035 * (1 - min(h / 0.55, 1)) * math.sin(9 * angle + 1.3) + 0.02 * (1 - min(h / 0.4, 1)) * math.sin(5 * angle)
+    c, d = math.sin(angle), math.cos(angle)
+    r = (abs(c) ** n + abs(d) ** n) ** (-1 / n)
+    return (a * r * c * fold, y, b * r * d * fold)
+
+
+def torso_normal(s, h):
+    e = 1e-3
+    du = sub(torso(min(s + e, 1), h), torso(max(s - e, 0), h))
+    dv = sub(torso(s, min(h + e, 1)), torso(s, max(h - e, 0)))
+    return unit(cross(du, dv))
+
+
+def sleeve(side, s, h):
+    """Point of a sleeve; s in [0, 1] around, h in [0, 1] from the shoulder to the cuff; side is 1 or -1."""
+    t = h * (len(SLEEVE) - 1)
+    x, y, z, r = spline(SLEEVE, t)
+    ax, ay, az, _ = sub(spline(SLEEVE, t + 0.01), spline(SLEEVE, t - 0.01))
+    axis = unit((ax, ay, az))
+    inner = unit(cross(axis, (0, 0, 1)))               # the seam is on the inside
+    front = cross(inner, axis)
+    wrinkle = 1 + 0.03 * math.exp(-((h - 0.55) / 0.12) ** 2) * math.sin(70 * h + 2 * math.cos(2 * math.pi * s))
+    angle = 2 * math.pi * s
+    p = add((x, y, z), add(mul(inner, r * wrinkle * math.cos(angle)), mul(front, r * wrinkle * math.sin(angle) * 0.92)))
+    return (side * p[0], p[1], p[2])
+
+
+def collar(t, w):
+    """Point of the shawl collar; t in [0, 1] along it from the right chest around the neck to the left chest, w in [0, 1] outwards."""
+    e = abs(2 * t - 1)                                 # 1 at the chest, 0 behind the neck
+    side = -1 if t > 0.5 else 1
+    rise = 0.47 + 0.50 * min(1.0, (1 - e) / 0.62)      # height along the front edge, then along the neck
+    around = max(0.0, ((1 - e) - 0.5) / 0.5)           # 0 on the front edge, 1 behind the neck
+    smooth = around * around * (3 - 2 * around)
+    width = 0.115 * smoothstep(-0.12, 0.34, 1 - e) * (1 - 0.10 * smooth)
+    s = 0.5 * smooth + (1 - smooth) * 0.005
+    # outwards: along the body on the front edge, down the back behind the neck
+    ds = (1 - smooth) * width * w / 1.5
+    dh = -smooth * width * w / 1.05 * 0.8
+    h = min(rise, 0.985) + dh
+    s = s + ds * (1 + 0.8 * h)
+    if side < 0:
+        s = 1 - s
+    bulge = 0.016 + 0.042 * math.sin(math.pi * min(1.0, w * 0.85 + 0.12)) * (0.6 + 0.4 * smooth)
+    p = add(torso(s, h), mul(torso_normal(s, h), bulge))
+    lift = 0.035 * smooth * (1 - w)
+    return (p[0], p[1] + lift, p[2])
+
+
+def grid(point, uv, nu, nv, flip=False):
+    """Vertices, texture coordinates and faces of a parametric patch of nu x nv quads."""
+    vertices, coordinates, faces = [], [], []
+    for j in range(nv + 1):
+        for i in range(nu + 1):
+            vertices.append(point(i / nu, j / nv))
+            coordinates.append(uv(i / nu, j / nv))
+    for j in range(nv):
+        for i in range(nu):
+            a = j * (nu + 1) + i
+            quad = (a, a + 1, a + nu + 2, a + nu + 1)
+            faces.append(quad[::-1] if flip else quad)
+    return vertices, coordinates, faces
+
+
+def write_obj(path, patches):
+    with open(path, "w") as f:
+        f.write("# made by make_coat.py; metres\n")
+        base = 1
+        for name, (vertices, coordinates, faces) in patches:
+            f.write(f"o {name}\n")
+            f.writelines("v %.6f %.6f %.6f\n" % v for v in vertices)
+            f.writelines("vt %.6f %.6f\n" % t for t in coordinates)
+            f.writelines("f " + " ".join(f"{base + k}/{base + k}" for k in q) + "\n" for q in faces)
+            base += len(vertices)
+
+
+def write_png(path, pixels):
+    """8-bit pixels of shape (height, width) or (height, width, 3)."""
+    def chunk(kind, data):
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+    height, width = pixels.shape[:2]
+    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
+    with open(path, "wb") as f:
+        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2 if pixels.ndim == 3 else 0, 0, 0, 0))
+                + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
+
+
+def random(i, j, key):
+    """Numbers in [0, 1) that depend on the cell and the key alone; arrays in, array out."""
+    h = (np.asarray(i).astype(np.uint64) * np.uint64(0xBF58476D1CE4E5B9)) ^ (np.asarray(j).astype(np.uint64) * np.uint64(0x94D049BB133111EB))
+    h = h + np.uint64(key * 0x9E3779B97F4A7C15 & 2 ** 64 - 1)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        h = (h ^ (h >> np.uint64(shift))) * np.uint64(factor)
+    return ((h ^ (h >> np.uint64(31))) >> np.uint64(11)).astype(float) / 2 ** 53
+
+
+def noise(x, y, key):
+    i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    f, g = smoothstep(0, 1, x - i), smoothstep(0, 1, y - j)
+    low = random(i, j, key) * (1 - f) + random(i + 1, j, key) * f
+    high = random(i, j + 1, key) * (1 - f) + random(i + 1, j + 1, key) * f
+    return low * (1 - g) + high * g
+
+
+def smoothstep(a, b, x):
+    t = np.clip((x - a) / (b - a), 0, 1)
+    return t * t * (3 - 2 * t)
+
+
+SPACING = 0.085  # of the rosettes, metres
+
+
+def rosettes(x, y):
+    """The leopard's pattern at (x, y) metres: how much it is ring, and how much it is inside one."""
+    i, j = np.floor(x / SPACING).astype(np.int64), np.floor(y / SPACING).astype(np.int64)
+    ring, inside = np.zeros_like(x), np.zeros_like(x)
+    ragged = 0.12 * (noise(x / 0.011, y / 0.011, 9) - 0.5)
+    for b in (-1, 0, 1):
+        for a in (-1, 0, 1):
+            ci, cj = i + a, j + b
+            cx = (ci + 0.25 + 0.5 * (cj & 1) + 0.42 * (random(ci, cj, 1) - 0.5)) * SPACING
+            cy = (cj + 0.5 + 0.42 * (random(ci, cj, 2) - 0.5)) * SPACING
+            dx, dy = x - cx, y - cy
+            angle, k = np.arctan2(dy, dx), random(ci, cj, 4) * 6.283
+            size = SPACING * (0.30 + 0.14 * random(ci, cj, 3))
+            size = size * (1 + 0.10 * np.sin(2 * angle + k) + 0.07 * np.sin(3 * angle + 2 * k) + ragged)
+            r = np.hypot(dx, dy) / size
+            gaps = np.where(random(ci, cj, 5) < 0.75, 0.5 + 0.5 * np.sin(3 * angle + 3 * k), 1.0)
+            width = 0.10 + 0.20 * np.minimum(1, 1.6 * gaps)
+            ring = np.maximum(ring, np.clip((width - abs(r - 0.80)) / 0.10, 0, 1) * np.clip(gaps * 4 - 0.35, 0, 1))
+            inside = np.maximum(inside, np.clip((0.80 - r) / 0.1, 0, 1))
+    return ring, inside
+
+
+def maps(out):
+    width, height = int(SHEET[0] / PIXEL), int(SHEET[1] / PIXEL)
+    x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL, SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
+    rag = noise(x / 0.02, y / 0.02, 3) - 0.5
+    along = (y % 0.6) / 0.6                            # of a sleeve: 0 at the shoulder, 1 at the cuff
+    torso_part = x < TORSO_WIDTH
+    trim = np.where(torso_part, 1 - smoothstep(0.050, 0.062, y + 0.006 * rag), smoothstep(0.855, 0.870, along + 0.01 * rag))
+    pale = np.where(torso_part, 0.55 * (1 - smoothstep(0, 0.30, np.minimum(x, TORSO_WIDTH - x))), 0.25 * along)
+    ring, inside = rosettes(x, y)
+    mix = lambda a, b, t: a + (np.asarray(b) - a) * t[..., None]
+    ground = np.broadcast_to(np.array([0.80, 0.56, 0.30]), x.shape + (3,))
+    colour = mix(ground, (0.93, 0.82, 0.62), pale) * (0.90 + 0.2 * noise(x / 0.05, y / 0.05, 7))[..., None]
+    colour = mix(mix(colour, (0.55, 0.32, 0.14), 0.45 * inside), (0.085, 0.055, 0.04), ring)
+    bytes_of = lambda a: np.clip(np.rint(255 * a), 0, 255).astype(np.uint8)
+    write_png(os.path.join(out, "spots.png"), bytes_of(colour))
+    write_png(os.path.join(out, "cuffs.png"), bytes_of(trim))
+    write_png(os.path.join(out, "body.png"), 255 - bytes_of(trim))
+
+
+def main():
+    out = sys.argv[1]
+    os.makedirs(out, exist_ok=True)
+    w, h = SHEET
+    patches = [("torso", grid(torso, lambda s, t: (s * TORSO_WIDTH / w, t * 1.06 / h), 160, 120))]
+    for side, base in ((1, 0.0), (-1, 0.6)):
+        patches.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve(side, s, t),
+                                              lambda s, t, base=base: ((TORSO_WIDTH + 0.02 + s * 0.56) / w, (base + t * 0.599) / h),
+                                              64, 72, flip=side > 0)))
+    write_obj(os.path.join(out, "coat.obj"), patches)
+    write_obj(os.path.join(out, "collar.obj"), [("collar", grid(collar, lambda t, u: (t, u), 160, 24, flip=True))])
+    maps(out)
+
+
+if __name__ == "__main__":
+    main()

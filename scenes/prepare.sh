@@ -1,0 +1,44 @@
+# Sourced by scenes/run.sh and tests/run.sh: installs what is missing (apt) and builds the release preset.
+# Quick where there is nothing to do. Sets $root and $bin.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+bin=$root/build/release/bin
+
+say() { printf '== %s\n' "$*"; }
+
+install_packages() {
+    local wanted missing sudo=()
+    mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$root/packages.txt")
+    mapfile -t missing < <(
+        comm -23 <(printf '%s\n' "${wanted[@]}" | sort) \
+                 <(dpkg-query -W -f='${db:Status-Abbrev} ${Package}\n' 2>/dev/null | awk '$1 == "ii" {print $2}' | sort -u))
+    if [ ${#missing[@]} -eq 0 ]; then return; fi
+    say "installing ${missing[*]}"
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            echo "prepare.sh: these packages are missing and there is no sudo to install them with; as root: apt-get install ${missing[*]}" >&2
+            return 1
+        fi
+        sudo=(sudo)
+    fi
+    "${sudo[@]}" apt-get update -qq
+    "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >"$root/build/apt.log" 2>&1 || {
+        tail -20 "$root/build/apt.log" >&2
+        return 1
+    }
+}
+
+build() {
+    say "building (build/release)"
+    if [ ! -f "$root/build/release/build.ninja" ]; then
+        (cd "$root" && cmake --preset release -Wno-dev >"$root/build/configure.log" 2>&1) || {
+            cat "$root/build/configure.log" >&2
+            return 1
+        }
+    fi
+    cmake --build "$root/build/release" -- --quiet
+}
+
+mkdir -p "$root/build"
+install_packages
+build

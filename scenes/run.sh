@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Bakes, composes and renders one scene: scenes/run.sh NAME [SIZE]
+# makes out/NAME/NAME.exr and .png from scenes/NAME.toml. Installs and builds what is missing first.
+# SIZE (WIDTHxHEIGHT) overrides the scene's picture size.
+set -euo pipefail
+scenes=$(cd "$(dirname "$0")" && pwd)
+
+known() { find "$scenes" -maxdepth 1 -name '*.toml' -exec basename {} .toml \; | sort | tr '\n' ' '; }
+if [ $# -lt 1 ] || [ ! -f "$scenes/$1.toml" ]; then
+    echo "usage: scenes/run.sh NAME [WIDTHxHEIGHT]; scenes: $(known)" >&2
+    exit 2
+fi
+name=$1
+size=${2:+--size $2}
+
+. "$scenes/prepare.sh"
+out=$root/out/$name
+mkdir -p "$out"
+cd "$root"
+
+for script in "$scenes/$name"/make_*.py; do
+    [ -e "$script" ] || continue
+    stamp=$out/.$(basename "$script").done
+    if [ ! "$stamp" -nt "$script" ]; then
+        say "making surfaces and maps ($(basename "$script"))"
+        /usr/bin/python3 "$script" "$out"
+        touch "$stamp"
+    fi
+done
+say "baking"
+"$bin/volcomp-bake" "scenes/$name.toml" -o "out/$name/boxes" --stats "out/$name/bake.json"
+say "composing"
+"$bin/volcomp-compose" "scenes/$name.toml" --boxes "out/$name/boxes" -o "out/$name/volume.vdb" --stats "out/$name/compose.json"
+say "rendering"
+# shellcheck disable=SC2086
+"$bin/volcomp-render" "scenes/$name.toml" --volume "out/$name/volume.vdb" $size -o "out/$name/$name.exr" -o "out/$name/$name.png" --stats "out/$name/render.json"
+say "out/$name/$name.png and .exr are ready"
