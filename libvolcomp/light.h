@@ -21,8 +21,20 @@ struct Light {
     double angle = 0.5;           ///< spot: from its axis to where it is dark, radians
     double soft_angle = 0.05;     ///< spot: width of the border, inside `angle`, radians
 
+    /// Throws Error where a value is out of range or not finite, or a direction is not of unit length.
     void validate() const;
 };
+
+/// What arrives from a light at a point that nothing shades.
+struct Illumination {
+    Vec3d L;            ///< unit, from the point to the light
+    double distance;    ///< to the light, world units; infinite for a directional light
+    double weight;      ///< of the light's strength: falloff and cone, >= 0
+};
+
+/// Point and spot lights fall off with the square of the distance, which is taken as no less than `closest` (> 0): a light inside the volume
+/// stays finite. A spot's border is a smoothstep of the angle over soft_angle.
+Illumination illuminate(const Light& light, const Vec3d& p, double closest);
 
 /// Reads one [[light]] table.
 Light readLight(TableReader& table, int index);

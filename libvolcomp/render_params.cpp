@@ -1,10 +1,25 @@
 #include "render_params.h"
 
+#include <cmath>
+
+#include "error.h"
 #include "toml_reader.h"
 
 namespace volcomp {
 
-void RenderParams::validate() const {}
+void RenderParams::validate() const
+{
+    const auto fail = [](const char* expected) { throw Error(std::string("render: expected ") + expected); };
+    const auto isRadiance = [](const Vec3d& c) { return c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && std::isfinite(c.lengthSqr()); };
+    if (!(width >= 1 && width <= 32768 && height >= 1 && height <= 32768)) fail("a width and a height of 1 to 32768 pixels");
+    if (crop.width != 0 && !(crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 && crop.width <= width - crop.x && crop.height <= height - crop.y))
+        fail("a crop inside the picture");
+    if (!(samples >= 1 && samples <= 65536)) fail("1 to 65536 samples");
+    if (!(tau >= 0 && std::isfinite(tau))) fail("a finite tau >= 0");
+    if (!(step >= 0.001 && step <= 1000)) fail("a step of 0.001 to 1000 voxels");
+    if (!(cutoff >= 0 && cutoff < 1)) fail("0 <= cutoff < 1");
+    if (!isRadiance(background) || !isRadiance(ambient)) fail("a finite background and ambient >= 0");
+}
 
 RenderParams readRender(TableReader& r)
 {
@@ -19,6 +34,9 @@ RenderParams readRender(TableReader& r)
     p.filter = r.choice<Filter>({"filter", "", "density between voxel centres"}, p.filter, {{"box", Filter::box}, {"trilinear", Filter::trilinear}});
     p.extinction = r.choice<Extinction>({"extinction", "", "fibre: a fibre covers less seen end on"}, p.extinction,
                                         {{"isotropic", Extinction::isotropic}, {"fibre", Extinction::fibre}});
+    p.shadows = r.choice<Shadows>({"shadows", "", "light on its way to a voxel: a ray for each shaded voxel and light, or not weakened at all"}, p.shadows,
+                                  {{"exact", Shadows::exact}, {"none", Shadows::none}});
+    p.cutoff = r.number({"cutoff", "", "rays end where a smaller fraction of light passes; bounds the error relative to the brightest voxel"}, p.cutoff, {0, 0.99});
     p.undirected = r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"}, p.undirected,
                                         {{"isotropic", Undirected::isotropic}, {"gradient", Undirected::gradient}});
     p.background = r.colour({"background", "", "radiance behind everything"}, p.background);

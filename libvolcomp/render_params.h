@@ -10,20 +10,31 @@ class TableReader;
 enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
+enum class Shadows { exact, none };
 enum class Undirected { isotropic, gradient };  ///< how a voxel without direction is shaded (MODEL section 4)
+
+/// A rectangle of pixels from the picture's top left corner. Empty (width 0): all of it.
+struct Crop {
+    int x = 0, y = 0, width = 0, height = 0;
+};
 
 struct RenderParams {
     int width = 640, height = 480;              ///< pixels
+    Crop crop;                                  ///< the image holds only these pixels
     int samples = 1;                            ///< per pixel
     double tau = 1;                             ///< extinction per density, >= 0
     Integration integration = Integration::exact;
     double step = 1;                            ///< riemann: voxels
     Filter filter = Filter::box;
     Extinction extinction = Extinction::fibre;
+    Shadows shadows = Shadows::exact;
+    double cutoff = 0.001;                      ///< rays end where less light than this fraction passes; 0: never. No radiance is off by
+                                                ///< more than cutoff times the brightest that a voxel shows
     Undirected undirected = Undirected::isotropic;
     Vec3d background{0};                        ///< radiance behind everything, linear RGB
     Vec3d ambient{0};                           ///< radiance from all around, linear RGB
 
+    /// Throws Error where a value is out of range or not finite.
     void validate() const;
 };
 

@@ -1,0 +1,155 @@
+#include "integrator.h"
+
+#include <cmath>
+#include <limits>
+
+namespace volcomp {
+
+double segmentLight(double a, double x)
+{
+    if (std::abs(x) < 1e-5) return std::exp(-a) * (1 - 0.5 * x);
+    if (x > 0) return std::exp(-a) * -std::expm1(-x) / x;
+    return std::exp(-a - x) * -std::expm1(x) / -x; // a + x >= 0: no overflow
+}
+
+Integrator::Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights, const RenderParams& params)
+    : m_tree(tree), m_materials(std::move(part_materials)), m_lights(lights), m_corner_lights(lights), m_params(params)
+{
+    for (const Material& m : m_materials)
+        for (int code = 0; code < 64; ++code) m_lobes.push_back(makeLobe(m, VoxelTree::spreadOf(std::min(code, VoxelTree::kSpreadCodes - 1))));
+    for (Light& l : m_corner_lights) {
+        l.position = tree.toCorner(l.position);
+        l.direction = tree.directionToCorner(l.direction);
+    }
+    m_extinction = params.tau * tree.voxelSize();
+    m_stop = params.cutoff > 0 && m_extinction > 0 ? -std::log(params.cutoff) / m_extinction : std::numeric_limits<double>::infinity();
+}
+
+double Integrator::depthToLight(const Light& light, const Vec3d& p, RayCounts& counts) const
+{
+    const Light& corner_light = m_corner_lights[&light - m_lights.data()];
+    Vec3d L = -corner_light.direction;
+    double distance = std::numeric_limits<double>::infinity();
+    if (light.kind != LightKind::directional) {
+        L = corner_light.position - p;
+        distance = L.length();
+        if (!(distance > 0)) return 0;
+        L /= distance;
+    }
+    ++counts.shadow_rays;
+    const MarchRay r(m_tree, p, L, distance);
+    if (m_params.extinction == Extinction::fibre && m_tree.hasDirectedFibres())
+        return m_extinction * lineIntegral<true>(m_tree, r, m_tree.directionToWorld(L), m_stop);
+    return m_extinction * lineIntegral<false>(m_tree, r, L, m_stop);
+}
+
+RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const
+{
+    ++scratch.counts.rays;
+    if (!(std::abs(direction.length() - 1) < 1e-3)) return {};
+    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), std::numeric_limits<double>::infinity());
+    if (m_params.extinction == Extinction::fibre && m_tree.hasDirectedFibres()) return traceExact<true>(r, direction, scratch);
+    return traceExact<false>(r, direction, scratch);
+}
+
+template <bool kFibre>
+RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
+{
+    RaySample sample;
+    const Vec3d V = -direction;
+    scratch.lights.assign(m_lights.size(), {});
+    forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
+        const float* density = m_tree.densities(span.leaf);
+        const bool fibres = kFibre && m_tree.leaf(span.leaf).directed_fibres;
+        int voxels[32];
+        double times[33]; // a ray crosses at most 22 voxels of a leaf
+        int count = 0;
+        times[0] = span.start->t;
+        forEachVoxel(r, *span.start, [&](int voxel, double, double end) {
+            voxels[count] = voxel;
+            times[++count] = end;
+        });
+        for (int i = 0; i < count; ++i) {
+            const float rho = density[voxels[i]];
+            if (!(rho > 0)) continue;
+            const double t = times[i], end = std::min(times[i + 1], r.t1);
+            if (!(end > t)) continue;
+            double delta = m_extinction * rho * (end - t);
+            if (fibres) delta *= m_tree.fibreFactor(span.leaf, voxels[i], direction);
+            if (delta == 0) continue;
+            ++scratch.counts.shaded_voxels;
+            const int cell[3] = {span.cell[0] + (voxels[i] >> 6), span.cell[1] + (voxels[i] >> 3 & 7), span.cell[2] + (voxels[i] & 7)};
+            const auto at = [&](double s) { return Vec3d(r.o[0] + r.d[0] * s, r.o[1] + r.d[1] * s, r.o[2] + r.d[2] * s); };
+            Vec3d source(0.0); // times -expm1(-delta)
+            shade(span.leaf, voxels[i], cell, at(0.5 * (t + end)), V, scratch, source);
+            const double opacity = -std::expm1(-delta);
+            source *= opacity;
+            for (std::size_t l = 0; l < m_lights.size(); ++l) {
+                LightState& light = scratch.lights[l];
+                if (!light.lit) continue;
+                if (m_params.shadows == Shadows::none) {
+                    source += opacity * light.S;
+                    continue;
+                }
+                const double a = light.t == t ? light.depth : depthToLight(m_lights[l], at(t), scratch.counts);
+                const double b = depthToLight(m_lights[l], at(end), scratch.counts);
+                light.depth = b;
+                light.t = end;
+                source += delta * segmentLight(a, delta + b - a) * light.S;
+            }
+            sample.radiance += sample.transmittance * source;
+            sample.transmittance *= std::exp(-delta);
+            if (sample.transmittance < m_params.cutoff) return false;
+        }
+        return true;
+    });
+    return sample;
+}
+
+// Sets S of each light (its strength, falloff and the voxel's reflection, without what lies between) and adds the ambient light.
+void Integrator::shade(int leaf, int voxel, const int* cell, const Vec3d& p, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const
+{
+    for (LightState& light : scratch.lights) {
+        light.S = Vec3d(0.0);
+        light.lit = false;
+    }
+    double total = 0;
+    const bool fibres = m_params.extinction == Extinction::fibre;
+    m_tree.contents(leaf, voxel, [&](const VoxelContent& content) { total += content.density * (fibres ? m_tree.fibreFactor(content, V) : 1); });
+    if (!(total > 0)) return;
+    m_tree.contents(leaf, voxel, [&](const VoxelContent& content) {
+        const Material& material = m_materials[content.part];
+        const Lobe& lobe = m_lobes[content.part * 64 + content.spread_code];
+        const double share = content.density * (fibres ? m_tree.fibreFactor(content, V) : 1) / total;
+        Vec3d normal(0.0);
+        if (!content.directed && m_params.undirected == Undirected::gradient) normal = gradientNormal(cell);
+        ambient += share * material.alpha * content.colour * m_params.ambient;
+        for (std::size_t l = 0; l < m_lights.size(); ++l) {
+            // Distances are in voxels here; the weight of a point light needs them in world units.
+            Illumination in = illuminate(m_corner_lights[l], p, 0.5);
+            if (m_lights[l].kind != LightKind::directional) in.weight /= m_tree.voxelSize() * m_tree.voxelSize();
+            if (!(in.weight > 0)) continue;
+            const Vec3d L = m_tree.directionToWorld(in.L);
+            Reflection f;
+            if (content.directed) f = material.kind == MaterialKind::fibre ? reflectFibre(lobe, content.direction, V, L) : reflectSurface(lobe, content.direction, V, L);
+            else if (normal.lengthSqr() > 0) f = reflectSided(lobe, normal, V, L);
+            else f = reflectIsotropic(lobe);
+            const Vec3d I = (f.diffuse * content.colour + f.specular * material.specular_colour) * m_lights[l].strength * (in.weight * share);
+            if (I[0] + I[1] + I[2] > 0) {
+                scratch.lights[l].S += I;
+                scratch.lights[l].lit = true;
+            }
+        }
+    });
+}
+
+// Against the density's gradient (central differences), unit length, world; zero where the density is flat.
+Vec3d Integrator::gradientNormal(const int* c) const
+{
+    Vec3d g(m_tree.density(c[0] - 1, c[1], c[2]) - m_tree.density(c[0] + 1, c[1], c[2]), m_tree.density(c[0], c[1] - 1, c[2]) - m_tree.density(c[0], c[1] + 1, c[2]),
+            m_tree.density(c[0], c[1], c[2] - 1) - m_tree.density(c[0], c[1], c[2] + 1));
+    const double length = g.length();
+    return length > 0 ? m_tree.directionToWorld(g / length) : Vec3d(0.0);
+}
+
+} // namespace volcomp

@@ -1,0 +1,67 @@
+// What one ray sees: the integrals (1) and (2) along it (MODEL section 3), with every voxel shaded.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "light.h"
+#include "march.h"
+#include "material.h"
+#include "render_params.h"
+#include "shade.h"
+#include "voxel_tree.h"
+
+namespace volcomp {
+
+/// What a ray brings.
+struct RaySample {
+    Vec3d radiance{0.0};       ///< of the volume alone, the background not added
+    double transmittance = 1;  ///< to the ray's end
+};
+
+struct RayCounts {
+    std::uint64_t rays = 0, shadow_rays = 0, shaded_voxels = 0;
+};
+
+/// Traces rays through a tree. Shared by threads; each call with its own `Scratch`.
+class Integrator {
+public:
+    /// `part_materials` holds the material of each part of the tree. The references must outlive this.
+    Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights, const RenderParams& params);
+
+    struct LightState { // of one light along a ray
+        Vec3d S{0.0};
+        double depth = 0, t = -1;   ///< optical depth from the ray's point at t to the light
+        bool lit = false;
+    };
+    struct Scratch {
+        std::vector<LightState> lights;
+        RayCounts counts;
+    };
+
+    /// Both in world units; the direction is unit length. Zero or non-finite directions see nothing.
+    RaySample trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const;
+
+    /// Optical depth from p to the light.
+    double depthToLight(const Light& light, const Vec3d& p_corner, RayCounts& counts) const;
+
+private:
+    template <bool kFibre>
+    RaySample traceExact(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
+    void shade(int leaf, int voxel, const int* cell, const Vec3d& p_corner, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const;
+    Vec3d gradientNormal(const int* cell) const;
+
+    const VoxelTree& m_tree;
+    std::vector<Material> m_materials;
+    const std::vector<Light>& m_lights;
+    std::vector<Light> m_corner_lights;   ///< position in corner coordinates, direction in grid axes
+    RenderParams m_params;
+    std::vector<Lobe> m_lobes;            ///< 64 a part, by spread code
+    double m_extinction;                  ///< optical depth of density 1 over one voxel
+    double m_stop;                        ///< of line integrals
+};
+
+/// (1 - e^-x) / x e^-a without overflow, 1 at x = 0: the light of a segment whose optical depth to the light goes linearly from a to a + x - delta.
+double segmentLight(double a, double x);
+
+} // namespace volcomp

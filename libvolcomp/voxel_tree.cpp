@@ -1,0 +1,357 @@
+#include "voxel_tree.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "error.h"
+
+namespace volcomp {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatBlock = FloatTree::RootNodeType::ChildNodeType::ChildNodeType;
+using FloatLeaf = FloatTree::LeafNodeType;
+using VectorLeaf = openvdb::Vec3STree::LeafNodeType;
+using VectorBlock = openvdb::Vec3STree::RootNodeType::ChildNodeType::ChildNodeType;
+static_assert(FloatBlock::DIM == kBlockDim && FloatLeaf::DIM == kLeafDim);
+
+// Half octahedron: the direction is turned to z >= 0, and the square |x| + |y| <= 1 turned by 45 degrees fills [-1,1]^2.
+std::uint64_t packDirection(Vec3d d)
+{
+    d /= std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]);
+    if (d[2] < 0) d = -d;
+    const auto code = [](double u) { return std::uint64_t(std::lround(std::min(1.0, std::max(-1.0, u)) * 2047) + 2047); };
+    return code(d[0] + d[1]) | code(d[0] - d[1]) << 12;
+}
+
+std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part)
+{
+    std::uint64_t record = std::uint64_t(VoxelTree::kSpreadCodes) << 24; // no direction
+    const double length = Vec3d(direction).length();
+    if (length > 1e-6 && std::isfinite(length)) {
+        const double spread = std::min(1.0, std::max(0.0, 1 - length));
+        record = packDirection(direction) | std::uint64_t(std::lround(spread * (VoxelTree::kSpreadCodes - 1))) << 24;
+    }
+    for (int c = 0; c < 3; ++c) {
+        const double level = colour_scale > 0 ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale)) : 0;
+        record |= std::uint64_t(std::lround(std::min(1.0, level) * 1023)) << (30 + 10 * c);
+    }
+    return record | std::uint64_t(std::min(part, 14)) << 60;
+}
+
+float brightest(const Vec3f& c) { return std::max({c[0], c[1], c[2]}); }
+
+} // namespace
+
+// Fills the tables from the grids: first the places (blocks and leaves, in order), then their voxels in parallel.
+class VoxelTree::Builder {
+public:
+    Builder(VoxelTree& tree, const Volume& volume) : m_tree(tree), m_parts(volume.parts) {}
+
+    void run()
+    {
+        enumerateBlocks();
+        m_tree.m_density.resize(m_sources.size() * 512);
+        m_tree.m_leaves.resize(m_sources.size());
+        std::vector<std::uint32_t> shared(m_sources.size());
+        forLeaves([&](std::size_t i) { shared[i] = fillDensity(i); });
+        std::uint64_t records = 0, lists = 0;
+        for (std::size_t i = 0; i < m_sources.size(); ++i) {
+            Leaf& l = m_tree.m_leaves[i];
+            l.first = std::uint32_t(records);
+            records += l.uniform ? 1 : l.before[7] + __builtin_popcountll(l.mask[7]);
+            const std::uint32_t count = shared[i];
+            shared[i] = std::uint32_t(lists);
+            lists += count;
+            m_tree.m_voxels += (l.uniform ? 512ull : l.before[7] + __builtin_popcountll(l.mask[7])) * m_sources[i].uses;
+        }
+        if (std::max(records, lists) >> 32) throw Error("the volume has more voxels than 2^32; use a larger voxel");
+        m_tree.m_records.resize(records);
+        m_tree.m_shared.resize(lists);
+        forLeaves([&](std::size_t i) { fillRecords(i, shared[i]); });
+        for (const float density : m_tree.m_density) m_tree.m_max_density = std::max(m_tree.m_max_density, density);
+        for (const Leaf& l : m_tree.m_leaves) m_tree.m_directed_fibres |= l.directed_fibres;
+    }
+
+private:
+    struct Source { // where a leaf's voxels come from
+        Coord origin;
+        bool uniform;
+        std::uint64_t uses;
+    };
+
+    template <class F>
+    void forLeaves(const F& f)
+    {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, m_sources.size(), 64), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) f(i);
+        });
+    }
+
+    void enumerateBlocks()
+    {
+        std::vector<Coord> origins;
+        for (const VolumePart& part : m_parts) {
+            const auto& root = part.density->tree().root();
+            for (auto node = root.cbeginChildOn(); node; ++node) {
+                for (auto block = node->cbeginChildOn(); block; ++block) origins.push_back(block->origin());
+                for (auto tile = node->cbeginValueOn(); tile; ++tile) origins.push_back(tile.getCoord());
+            }
+            for (auto tile = root.cbeginValueOn(); tile; ++tile)
+                for (int x = 0; x < 4096; x += kBlockDim)
+                    for (int y = 0; y < 4096; y += kBlockDim)
+                        for (int z = 0; z < 4096; z += kBlockDim) origins.push_back(tile.getCoord().offsetBy(x, y, z));
+        }
+        std::sort(origins.begin(), origins.end());
+        origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+        std::vector<int> blocks;
+        for (const Coord& origin : origins) blocks.push_back(makeBlock(origin));
+        std::size_t size = 16;
+        while (size < 2 * origins.size()) size *= 2;
+        m_tree.m_slots.resize(size);
+        m_tree.m_slot_mask = size - 1;
+        for (std::size_t i = 0; i < origins.size(); ++i) {
+            if (blocks[i] == kEmpty) continue;
+            const Coord& o = origins[i];
+            if (std::abs(std::int64_t(o[0])) >> 27 || std::abs(std::int64_t(o[1])) >> 27 || std::abs(std::int64_t(o[2])) >> 27)
+                throw Error("the volume reaches beyond 134 million voxels from its origin; move it or use a larger voxel");
+            const std::uint64_t key = blockKey(o[0] >> 7, o[1] >> 7, o[2] >> 7);
+            std::size_t slot = hash(key);
+            while (m_tree.m_slots[slot & m_tree.m_slot_mask].block != kEmpty) ++slot;
+            m_tree.m_slots[slot & m_tree.m_slot_mask] = {key, blocks[i]};
+        }
+    }
+
+    // The block's number, after adding its leaves; kEmpty where it has none.
+    int makeBlock(const Coord& origin)
+    {
+        std::vector<const FloatBlock*> nodes;
+        std::vector<float> key; // of a block without nodes: it is the same wherever all values are
+        bool any_node = false;
+        for (const VolumePart& part : m_parts) {
+            const FloatBlock* node = part.density->tree().probeConstNode<FloatBlock>(origin);
+            any_node |= node || (part.direction && part.direction->tree().probeConstNode<VectorBlock>(origin)) ||
+                        (part.colour && part.colour->tree().probeConstNode<VectorBlock>(origin));
+            nodes.push_back(node);
+        }
+        if (!any_node) {
+            const int leaf = uniformLeaf(origin, 4096);
+            if (leaf == kEmpty) return kEmpty;
+            extend(origin, kBlockDim);
+            const auto [at, fresh] = m_uniform_blocks.emplace(leaf, int(m_tree.m_children.size() / 4096));
+            if (fresh) m_tree.m_children.resize(m_tree.m_children.size() + 4096, leaf);
+            return at->second;
+        }
+        std::vector<std::int32_t> children(4096, kEmpty);
+        bool any_leaf = false;
+        for (int n = 0; n < 4096; ++n) {
+            const Coord o = origin.offsetBy((n >> 8) * 8, (n >> 4 & 15) * 8, (n & 15) * 8);
+            bool active = false, dense = false;
+            for (std::size_t p = 0; p < m_parts.size(); ++p) {
+                const VolumePart& part = m_parts[p];
+                const bool has_leaf = nodes[p] && nodes[p]->isChildMaskOn(FloatBlock::coordToOffset(o));
+                const bool has_tile = nodes[p] ? nodes[p]->isValueMaskOn(FloatBlock::coordToOffset(o)) : part.density->tree().isValueOn(o);
+                active |= has_leaf || has_tile;
+                dense |= has_leaf || (has_tile && ((part.direction && part.direction->tree().probeConstLeaf(o)) ||
+                                                   (part.colour && part.colour->tree().probeConstLeaf(o))));
+            }
+            if (!active) continue;
+            if (dense) {
+                children[n] = std::int32_t(m_sources.size());
+                m_sources.push_back({o, false, 1});
+            } else
+                children[n] = uniformLeaf(o, 1);
+            if (children[n] != kEmpty) extend(o, kLeafDim);
+            any_leaf |= children[n] != kEmpty;
+        }
+        if (!any_leaf) return kEmpty;
+        m_tree.m_children.insert(m_tree.m_children.end(), children.begin(), children.end());
+        return int(m_tree.m_children.size() / 4096) - 1;
+    }
+
+    // The leaf of an active tile; the same for all tiles that hold the same.
+    int uniformLeaf(const Coord& o, std::uint64_t uses)
+    {
+        std::vector<float> key;
+        bool active = false;
+        for (const VolumePart& part : m_parts) {
+            float density = 0;
+            if (!part.density->tree().probeValue(o, density)) density = 0;
+            active |= density != 0;
+            key.push_back(density);
+            for (const auto& grid : {part.direction, part.colour}) {
+                const Vec3f v = grid ? grid->tree().getValue(o) : Vec3f(0.0f);
+                key.insert(key.end(), {v[0], v[1], v[2]});
+            }
+        }
+        if (!active) return kEmpty;
+        const auto [at, fresh] = m_uniform_leaves.emplace(key, int(m_sources.size()));
+        if (fresh) m_sources.push_back({o, true, 0});
+        m_sources[at->second].uses += uses;
+        return at->second;
+    }
+
+    void extend(const Coord& o, int dim) { m_tree.m_bounds.expand(openvdb::CoordBBox(o, o.offsetBy(dim - 1))); }
+
+    // Returns how many entries of voxels with several parts the leaf needs.
+    std::uint32_t fillDensity(std::size_t index)
+    {
+        const Source& source = m_sources[index];
+        Leaf& l = m_tree.m_leaves[index];
+        float* sum = &m_tree.m_density[index * 512];
+        std::array<std::uint8_t, 512> count{};
+        l.uniform = source.uniform;
+        l.colour_scale = 0;
+        for (std::size_t p = 0; p < m_parts.size(); ++p) {
+            const VolumePart& part = m_parts[p];
+            forVoxels(part, source.origin, [&](int n, float density, const Vec3f&, const Vec3f& colour) {
+                if (!(density >= 0) || !std::isfinite(density))
+                    throw Error("volume part '" + part.material + "': expected finite densities >= 0, found " + std::to_string(density));
+                sum[n] += density;
+                ++count[n];
+                l.colour_scale = std::max(l.colour_scale, brightest(colour));
+            });
+        }
+        std::uint32_t shared = 0;
+        for (int n = 0; n < 512; ++n) {
+            if (!std::isfinite(sum[n])) throw Error("the densities of a voxel's parts add to infinity");
+            if (sum[n] > 0) l.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
+            if (needsList(count[n])) shared += count[n];
+        }
+        for (int w = 1; w < 8; ++w) l.before[w] = std::uint16_t(l.before[w - 1] + __builtin_popcountll(l.mask[w - 1]));
+        return l.uniform && shared ? std::uint32_t(m_parts.size()) : shared;
+    }
+
+    // Records hold the part in 4 bits; a volume of more parts keeps all of its voxels in lists.
+    bool needsList(int parts_here) const { return parts_here > 1 || (m_parts.size() > 15 && parts_here > 0); }
+
+    void fillRecords(std::size_t index, std::uint32_t next)
+    {
+        Leaf& l = m_tree.m_leaves[index];
+        std::array<std::uint8_t, 512> count{};
+        for (const VolumePart& part : m_parts)
+            forVoxels(part, m_sources[index].origin, [&](int n, float, const Vec3f&, const Vec3f&) { ++count[n]; });
+        std::array<std::uint32_t, 512> cursor{};
+        for (int n = 0; n < (l.uniform ? 1 : 512); ++n) {
+            if (!needsList(count[n])) continue;
+            cursor[n] = next;
+            m_tree.m_records[m_tree.recordIndex(l, n)] = kShared << 60 | std::uint64_t(count[n]) << 32 | next;
+            next += count[n];
+        }
+        for (std::size_t p = 0; p < m_parts.size(); ++p)
+            forVoxels(m_parts[p], m_sources[index].origin, [&](int n, float density, const Vec3f& direction, const Vec3f& colour) {
+                if (l.uniform && n > 0) return;
+                const std::uint64_t record = pack(direction, colour, l.colour_scale, int(p));
+                l.directed_fibres |= m_tree.m_is_fibre[p] && int(record >> 24 & 63) != kSpreadCodes;
+                if (needsList(count[n])) m_tree.m_shared[cursor[n]++] = {record, density, std::int32_t(p)};
+                else m_tree.m_records[m_tree.recordIndex(l, n)] = record;
+            });
+    }
+
+    // f(offset, density, direction, colour) for the part's voxels of density other than 0 in the leaf at `o`.
+    template <class F>
+    void forVoxels(const VolumePart& part, const Coord& o, const F& f) const
+    {
+        const auto& tree = part.density->tree();
+        const FloatLeaf* leaf = tree.probeConstLeaf(o);
+        float tile = 0;
+        if (!leaf && (!tree.probeValue(o, tile) || tile == 0)) return;
+        const VectorLeaf* directions = part.direction ? part.direction->tree().probeConstLeaf(o) : nullptr;
+        const VectorLeaf* colours = part.colour ? part.colour->tree().probeConstLeaf(o) : nullptr;
+        const Vec3f direction = part.direction && !directions ? part.direction->tree().getValue(o) : Vec3f(0.0f);
+        const Vec3f colour = !part.colour ? part.uniform_colour : !colours ? part.colour->tree().getValue(o) : Vec3f(0.0f);
+        for (int n = 0; n < 512; ++n) {
+            const float density = leaf ? (leaf->isValueOn(n) ? leaf->getValue(n) : 0) : tile;
+            if (density != 0) f(n, density, directions ? directions->getValue(n) : direction, colours ? colours->getValue(n) : colour);
+        }
+    }
+
+    VoxelTree& m_tree;
+    const std::vector<VolumePart>& m_parts;
+    std::vector<Source> m_sources;
+    std::map<std::vector<float>, int> m_uniform_leaves;
+    std::map<int, int> m_uniform_blocks;
+};
+
+VoxelTree::VoxelTree(const Volume& volume)
+{
+    if (volume.parts.empty()) throw Error("the volume has no parts: there is nothing to render");
+    const openvdb::math::Transform& transform = volume.parts[0].density->transform();
+    m_voxel = transform.voxelSize()[0];
+    Vec3d axes[3];
+    const Vec3d zero = transform.indexToWorld(Vec3d(0.0));
+    for (int a = 0; a < 3; ++a) {
+        Vec3d e(0.0);
+        e[a] = 1;
+        axes[a] = (transform.indexToWorld(e) - zero) / m_voxel;
+    }
+    for (int a = 0; a < 3; ++a)
+        if (!transform.isLinear() || !(m_voxel > 0) || !(std::abs(axes[a].length() - 1) < 1e-6 && std::abs(axes[a].dot(axes[(a + 1) % 3])) < 1e-6))
+            throw Error("the volume's voxels are not cubes (a non-uniform, sheared or perspective transform); resample it with uniform scale");
+    for (const VolumePart& part : volume.parts)
+        for (const openvdb::GridBase::Ptr& grid : std::initializer_list<openvdb::GridBase::Ptr>{part.density, part.direction, part.colour})
+            if (grid && grid->transform() != transform) throw Error("the volume's grids have different transforms; resample them to one");
+    m_rotation.setRows(axes[0], axes[1], axes[2]);
+    m_origin = transform.indexToWorld(Vec3d(-0.5));
+    for (const VolumePart& part : volume.parts) m_is_fibre.push_back(part.kind == MaterialKind::fibre);
+    // The mean square of the cosine c between a ray and fibres of spread s about a mean tangent (cosine m) is (m^2 (1-s^2) + s^2) / (1+2s^2).
+    // The mean sine is taken as the root of the mean square sine, scaled so that its mean over all rays is pi / 4 for every s.
+    for (int code = 0; code < kSpreadCodes; ++code) {
+        const double s2 = spreadOf(code) * spreadOf(code), a = (1 + s2) / (1 + 2 * s2), b = (1 - s2) / (1 + 2 * s2);
+        // integral over m from 0 to 1 of sqrt(a - b m^2)
+        const double mean = b > 1e-9 ? 0.5 * (std::sqrt(a - b) + a / std::sqrt(b) * std::asin(std::sqrt(std::min(1.0, b / a)))) : std::sqrt(a);
+        m_factor_a[code] = a / (mean * mean);
+        m_factor_b[code] = b / (mean * mean);
+    }
+    Builder(*this, volume).run();
+}
+
+Vec3d VoxelTree::toCorner(const Vec3d& p) const { return m_rotation * (p - m_origin) / m_voxel; }
+
+std::size_t VoxelTree::memoryBytes() const
+{
+    return m_slots.size() * sizeof(Slot) + m_children.size() * sizeof(std::int32_t) + m_leaves.size() * sizeof(Leaf) + densityBytes() +
+           m_records.size() * sizeof(std::uint64_t) + m_shared.size() * sizeof(Shared);
+}
+
+VoxelContent VoxelTree::unpack(std::uint64_t record, float density, float colour_scale)
+{
+    VoxelContent content;
+    content.part = int(record >> 60);
+    content.density = density;
+    content.spread_code = int(record >> 24 & 63);
+    content.directed = content.spread_code != kSpreadCodes;
+    if (content.directed) content.direction = unpackDirection(record);
+    for (int c = 0; c < 3; ++c) {
+        const double level = double(record >> (30 + 10 * c) & 1023) / 1023;
+        content.colour[c] = level * level * colour_scale;
+    }
+    return content;
+}
+
+double VoxelTree::fibreFactor(const VoxelContent& content, const Vec3d& d) const
+{
+    if (!content.directed || !m_is_fibre[content.part]) return 1;
+    const double cosine = content.direction.dot(d);
+    return std::sqrt(std::max(0.0, m_factor_a[content.spread_code] - m_factor_b[content.spread_code] * cosine * cosine));
+}
+
+double VoxelTree::sharedFactor(std::uint64_t record, const Vec3d& d) const
+{
+    const std::uint64_t start = record & 0xffffffff, count = record >> 32 & 0xffff;
+    double sum = 0, weighted = 0;
+    for (std::uint64_t i = start; i < start + count; ++i) {
+        sum += m_shared[i].density;
+        weighted += m_shared[i].density * recordFactor(m_shared[i].record, m_shared[i].part, d);
+    }
+    return weighted / sum;
+}
+
+} // namespace volcomp
