@@ -15,12 +15,13 @@ using namespace volcomp;
 int main(int argc, char** argv)
 {
     Tool tool("volcomp-render", "Renders the volume of a scene to a picture.");
-    std::filesystem::path scene_file, output, volume_file;
+    std::filesystem::path scene_file, volume_file;
+    std::vector<std::filesystem::path> outputs;
     std::string size, crop;
     int samples = 0;
     tool.app.add_option("scene", scene_file, "Scene file (TOML)")->required()->type_name("SCENE");
-    tool.app.add_option("-o,--output", output, "Picture to write, .exr or .png")->required()->type_name("PICTURE");
-    tool.app.add_option("--volume", volume_file, "Volume to render, any fog volume (default: volume.vdb beside the picture)")->type_name("FILE.vdb");
+    tool.app.add_option("-o,--output", outputs, "Picture to write, .exr or .png; may be given more than once")->required()->type_name("PICTURE")->allow_extra_args(false);
+    tool.app.add_option("--volume", volume_file, "Volume to render, any fog volume (default: volume.vdb beside the first picture)")->type_name("FILE.vdb");
     tool.app.add_option("--size", size, "Size of the picture, pixels (default: the scene's)")->type_name("WxH");
     tool.app.add_option("--samples", samples, "Samples per pixel (default: the scene's)")->check(CLI::Range(1, 65536));
     tool.app.add_option("--crop", crop, "Render only this rectangle, pixels from the top left corner")->type_name("X,Y,W,H");
@@ -36,7 +37,7 @@ int main(int argc, char** argv)
             if (std::sscanf(crop.c_str(), "%d,%d,%d,%d%c", &c.x, &c.y, &c.width, &c.height, &rest) != 4)
                 throw Error("--crop: expected X,Y,WIDTH,HEIGHT in pixels, such as 100,50,64,64, found '" + crop + "'");
         }
-        if (volume_file.empty()) volume_file = (output.has_parent_path() ? output.parent_path() : ".") / "volume.vdb";
+        if (volume_file.empty()) volume_file = outputs[0].parent_path() / "volume.vdb";
         const Volume volume = tool.stage("load", [&](const Progress&) { return readVolume(volume_file); });
         RenderStats stats;
         const Image image = tool.stage("render", [&](const Progress& progress) {
@@ -48,8 +49,9 @@ int main(int argc, char** argv)
         tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels", stats.rays, stats.shadow_rays, stats.shaded_voxels,
                              stats.march_seconds, stats.active_voxels));
         tool.stage("write", [&](const Progress&) {
-            writeImage(output, image, {{"Software", "volcomp"}, {"volcomp/scene", scene_file.string()}, {"volcomp/volume", volume_file.string()}});
+            for (const auto& output : outputs)
+                writeImage(output, image, {{"Software", "volcomp"}, {"volcomp/scene", scene_file.string()}, {"volcomp/volume", volume_file.string()}});
         });
-        tool.say("wrote " + output.string());
+        for (const auto& output : outputs) tool.say("wrote " + output.string());
     });
 }
