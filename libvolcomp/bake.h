@@ -1,8 +1,9 @@
-// From a primitive to a box of voxels, by coverage (MODEL sections 2 and 6).
+// From a primitive to a box of voxels, by coverage (MODEL sections 2 and 6): grow(), then rasterise() for each material.
 #pragma once
 
 #include <vector>
 
+#include "grow.h"
 #include "material.h"
 #include "primitive.h"
 #include "progress.h"
@@ -10,8 +11,16 @@
 
 namespace volcomp {
 
-/// Grows and bakes variant `variant` (0 ... primitive.variants - 1). Deterministic for any number of threads.
+/// Grows and bakes variant `variant` (0 ... primitive.variants - 1). One part for each material that something grew of.
+/// Deterministic for any number of threads. The box is as large as what grows: nothing is cut off.
 /// Throws Error where the primitive is out of range, names an unknown material or would exceed its number of segments.
 Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant, const Progress& progress = {});
+
+/// Edge of a voxel for a primitive that gives none, metres: the diameter or width of a typical piece (the median by length), or 1/200
+/// of the longest side of what it grows, whichever is larger. Finer voxels would show what no picture of the whole box shows.
+double voxelFor(const Skeleton& skeleton);
+
+/// What a file says about the box that it holds: the primitive's parameters, as metadata.
+openvdb::MetaMap boxMetadata(const Primitive& primitive, int variant);
 
 } // namespace volcomp

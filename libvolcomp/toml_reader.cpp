@@ -180,6 +180,7 @@ TableReader TableReader::describing(std::vector<KeyDoc>& docs)
 bool TableReader::has(const char* name) const { return m_state->value && m_state->value->contains(name); }
 bool TableReader::isDescribing() const { return m_state->docs != nullptr; }
 const fs::path& TableReader::file() const { return m_state->file; }
+std::string TableReader::toml() const { return m_state->value ? toml::format(*m_state->value) : std::string(); }
 
 double TableReader::number(const Key& key, std::optional<double> fallback, Interval range)
 {

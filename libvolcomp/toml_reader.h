@@ -102,6 +102,9 @@ public:
     std::string place() const;
     const std::filesystem::path& file() const;
 
+    /// The table as TOML, without comments; empty while describing and where it is absent.
+    std::string toml() const;
+
 private:
     struct State;
     explicit TableReader(std::unique_ptr<State>);
