@@ -103,8 +103,16 @@ void Primitive::validate() const
 
 namespace {
 
-Level readLevel(TableReader& r, const Primitive& primitive, const Level* above)
+/// Fails at the key where it holds none of the names.
+void requireOneOf(const TableReader& r, const char* key, const std::string& what, const std::vector<std::string>& names, const std::string& name)
 {
+    r.require(std::find(names.begin(), names.end(), name) != names.end(), key,
+              fmt::format("the name of a {} ({})", what, names.empty() ? "there is none" : fmt::format("{}", fmt::join(names, ", "))));
+}
+
+Level readLevel(TableReader& r, const Primitive& primitive, const std::vector<std::string>& materials)
+{
+    const Level* above = primitive.levels.empty() ? nullptr : &primitive.levels.back();
     const double degree = kDegree;
     Level l;
     const auto degrees = [&](Key key, double& value) { value = r.number(key, value / degree, kAny) * degree; };
@@ -113,7 +121,12 @@ Level readLevel(TableReader& r, const Primitive& primitive, const Level* above)
 
     l.name = r.text({"name", "", "what other levels call it"}, "level" + std::to_string(primitive.levels.size() + 1));
     l.parent = r.text({"parent", "", "level that it grows on, or \"ground\"; the first level's is the ground, another's the level above it"}, above ? above->name : "ground");
+    std::vector<std::string> parents{"ground"};
+    for (const Level& other : primitive.levels) parents.push_back(other.name);
+    requireOneOf(r, "parent", "level above", parents, l.parent);
+    r.require(std::find(parents.begin(), parents.end(), l.name) == parents.end(), "name", "a name that no other level has, and not \"ground\"");
     l.material = r.text({"material", "", "name of the material; the box's if left out"}, primitive.material);
+    requireOneOf(r, "material", "material", materials, l.material);
     l.outline = r.choice<Outline>({"outline", "", "stem: a round cone; the others are flat: blade pointed, ellipse, ovate widest near the root, obovate near the tip"}, l.outline,
                                   {{"stem", Outline::stem}, {"blade", Outline::blade}, {"ellipse", Outline::ellipse}, {"ovate", Outline::ovate}, {"obovate", Outline::obovate}});
     l.depth = r.integer({"depth", "", "generations of this level: each strand bears others of its own level until the depth is reached"}, l.depth, {1, 100});
@@ -167,18 +180,19 @@ Level readLevel(TableReader& r, const Primitive& primitive, const Level* above)
 
 } // namespace
 
-Primitive readPrimitive(TableReader& r, const std::string& name)
+Primitive readPrimitive(TableReader& r, const std::string& name, const std::vector<std::string>& materials)
 {
     Primitive p;
     p.name = name;
     p.source = r.toml();
     p.material = r.text({"material", "", "name of the material of the levels that name none"}, std::nullopt);
+    requireOneOf(r, "material", "material", materials, p.material);
     p.variants = r.integer({"variants", "", "boxes baked, which differ by their random numbers only"}, p.variants, {1, 1000});
     p.seed = static_cast<std::uint64_t>(r.integer({"seed", "", "of the random numbers"}, 1, {0, kInfinity}));
     p.voxel = r.number({"voxel", "m", "edge of a voxel; 0: from the thinnest feature worth showing"}, p.voxel, kNotNegative);
     p.segment_limit = r.number({"segment_limit", "", "a recursion that may grow more segments is refused"}, p.segment_limit, kPositive);
     for (TableReader& table : r.tables({"level", "", "One level of the recursion: strands or flat shapes, on the ground or on another level"}))
-        p.levels.push_back(readLevel(table, p, p.levels.empty() ? nullptr : &p.levels.back()));
+        p.levels.push_back(readLevel(table, p, materials));
     r.finish();
     if (!r.isDescribing()) {
         r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");

@@ -100,7 +100,7 @@ struct Primitive {
     int parentOf(std::size_t i) const;
 };
 
-/// Reads a [box.NAME] table.
-Primitive readPrimitive(TableReader& table, const std::string& name);
+/// Reads a [box.NAME] table; `materials` are the names that it may use.
+Primitive readPrimitive(TableReader& table, const std::string& name, const std::vector<std::string>& materials);
 
 } // namespace volcomp

@@ -31,8 +31,9 @@ void requireName(const TableReader& table, const char* key, const std::string& w
 void readBoxes(TableReader& r, Scene& s)
 {
     for (auto& [name, table] : r.named({"box", "", "A kind of volume box, grown by a recursive function"})) {
-        s.boxes.push_back(readPrimitive(table, name));
-        requireName(table, "material", "material", s.materials, s.boxes.back().material);
+        std::vector<std::string> materials;
+        for (const Material& m : s.materials) materials.push_back(m.name);
+        s.boxes.push_back(readPrimitive(table, name, materials));
     }
 }
 
