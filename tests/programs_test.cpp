@@ -1,0 +1,287 @@
+// The three programs run as processes: a whole small scene, and every kind of bad input.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <openvdb/openvdb.h>
+#include <sys/wait.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kScene = R"(
+[material.fur]
+kind = "fibre"
+
+[material.skin]
+kind = "surface"
+
+[box.tuft]
+material = "fur"
+variants = 2
+voxel = 0.01
+
+[[box.tuft.level]]
+count = 12
+spread = 0.05
+length = 0.2
+radius = 0.004
+segments = 4
+angle_degrees = [0, 20]
+
+[surface.ground]
+mesh = "ground.obj"
+skin = "skin"
+
+[[layer]]
+name = "fur"
+box = "tuft"
+density = 60
+
+[[layer.where]]
+image = "where.pgm"
+
+[compose]
+voxel = 0.02
+
+[camera]
+eye = [0, 1.5, 2.0]
+target = [0, 0, 0]
+
+[[light]]
+direction = [-1, -2, -1]
+
+[render]
+width = 48
+height = 32
+)";
+
+constexpr const char* kMesh = "v -0.5 0 0.5\nv 0.5 0 0.5\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+
+struct Outcome {
+    int status;
+    std::string output;
+};
+
+class Programs : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        m_dir = fs::path(testing::TempDir()) / ("programs_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        fs::remove_all(m_dir);
+        fs::create_directories(m_dir);
+        write("scene.toml", kScene);
+        write("ground.obj", kMesh);
+        write("where.pgm", "P2\n2 1\n255\n255 128\n");
+    }
+    void TearDown() override { fs::remove_all(m_dir); }
+
+    fs::path path(const std::string& name) const { return m_dir / name; }
+    void write(const std::string& name, const std::string& text) { std::ofstream(path(name), std::ios::binary) << text; }
+    std::string read(const std::string& name)
+    {
+        std::ifstream stream(path(name), std::ios::binary);
+        std::stringstream text;
+        text << stream.rdbuf();
+        return text.str();
+    }
+
+    /// The scene with the line that starts with `from` replaced.
+    void writeSceneWith(const std::string& from, const std::string& to)
+    {
+        std::string text = kScene;
+        const auto at = text.find("\n" + from);
+        ASSERT_NE(at, std::string::npos) << from;
+        text.replace(at + 1, text.find('\n', at + 1) - at - 1, to);
+        write("scene.toml", text);
+    }
+
+    Outcome run(const std::string& program, const std::string& arguments)
+    {
+        const fs::path log = path("log.txt");
+        const std::string command = "cd '" + m_dir.string() + "' && '" VOLCOMP_BIN "/volcomp-" + program + "' " + arguments + " >'" + log.string() + "' 2>&1";
+        const int status = std::system(command.c_str());
+        Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read("log.txt")};
+        fs::remove(log);
+        return outcome;
+    }
+    Outcome bake() { return run("bake", "scene.toml -o boxes"); }
+    Outcome compose(const std::string& more = "") { return run("compose", "scene.toml --boxes boxes -o volume.vdb " + more); }
+    Outcome render(const std::string& more = "-o a.exr") { return run("render", "scene.toml --volume volume.vdb " + more); }
+
+    /// One failure: status 1, a message with all `parts`, and no output under its final name or any other.
+    void expectFailure(const Outcome& outcome, std::initializer_list<const char*> parts, const std::string& output)
+    {
+        EXPECT_EQ(outcome.status, 1) << outcome.output;
+        for (const char* part : parts) EXPECT_NE(outcome.output.find(part), std::string::npos) << "'" << part << "' is not in: " << outcome.output;
+        EXPECT_FALSE(fs::exists(path(output))) << output;
+        for (const auto& entry : fs::recursive_directory_iterator(m_dir)) EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
+    }
+
+private:
+    fs::path m_dir;
+};
+
+TEST_F(Programs, aSceneBecomesAPictureAndStatistics)
+{
+    const Outcome baked = run("bake", "scene.toml -o boxes --stats bake.json");
+    ASSERT_EQ(baked.status, 0) << baked.output;
+    EXPECT_TRUE(fs::exists(path("boxes/tuft_1.vdb")) && fs::exists(path("boxes/tuft_2.vdb")));
+    const Outcome composed = compose("--stats compose.json");
+    ASSERT_EQ(composed.status, 0) << composed.output;
+    const Outcome rendered = render("-o a.exr -o a.png --stats render.json");
+    ASSERT_EQ(rendered.status, 0) << rendered.output;
+    EXPECT_TRUE(fs::exists(path("a.exr")) && fs::exists(path("a.png")));
+    for (const char* name : {"bake.json", "compose.json", "render.json"}) {
+        const auto stats = nlohmann::json::parse(read(name));
+        EXPECT_GT(stats["total"]["wall_seconds"], 0) << name;
+        EXPECT_GT(stats["peak_memory_mb"], 1) << name;
+        EXPECT_FALSE(stats["stages"].empty()) << name;
+    }
+}
+
+TEST_F(Programs, theSameBytesForAnyNumberOfThreads)
+{
+    for (const char* threads : {"1", "2"}) {
+        const std::string t = threads;
+        ASSERT_EQ(run("bake", "scene.toml -o boxes --threads " + t).status, 0);
+        ASSERT_EQ(compose("--threads " + t).status, 0);
+        ASSERT_EQ(render("-o a" + t + ".png --threads " + t).status, 0);
+        fs::rename(path("boxes"), path("boxes" + t));
+        fs::rename(path("volume.vdb"), path("volume" + t + ".vdb"));
+        fs::remove_all(path("boxes"));
+    }
+    // A VDB file starts with a random identifier of 36 characters behind its 20 bytes of header; the rest must agree.
+    const auto body = [&](const std::string& name) { return read(name).substr(64); };
+    EXPECT_EQ(body("boxes1/tuft_1.vdb"), body("boxes2/tuft_1.vdb"));
+    EXPECT_EQ(body("volume1.vdb"), body("volume2.vdb"));
+    EXPECT_EQ(read("a1.png"), read("a2.png"));
+    EXPECT_GT(read("a1.png").size(), 100u);
+}
+
+TEST_F(Programs, helpVersionAndWrongArguments)
+{
+    for (const char* program : {"bake", "compose", "render"}) {
+        const Outcome help = run(program, "--help");
+        EXPECT_EQ(help.status, 0);
+        for (const char* option : {"--quiet", "--threads", "--version", "--stats"}) EXPECT_NE(help.output.find(option), std::string::npos) << program << option;
+        EXPECT_EQ(run(program, "--version").status, 0);
+        const Outcome wrong = run(program, "scene.toml --colour blue");
+        EXPECT_EQ(wrong.status, 2);
+        EXPECT_NE(wrong.output.find("--colour"), std::string::npos) << wrong.output;
+        EXPECT_EQ(run(program, "").status, 2);
+        EXPECT_EQ(run(program, "scene.toml -o x --threads abc").status, 2);
+    }
+}
+
+TEST_F(Programs, quietSaysNothing)
+{
+    EXPECT_EQ(run("bake", "scene.toml -o boxes --quiet").output, "");
+}
+
+TEST_F(Programs, badSceneFiles)
+{
+    expectFailure(run("bake", "none.toml -o boxes"), {"none.toml", "no readable file"}, "boxes");
+    write("empty.toml", "");
+    expectFailure(run("bake", "empty.toml -o boxes"), {"empty.toml", "empty file"}, "boxes");
+    write("cut.toml", std::string(kScene).substr(0, 150) + "\n[[box");
+    expectFailure(run("bake", "cut.toml -o boxes"), {"cut.toml", "not valid TOML"}, "boxes");
+    expectFailure(run("bake", ". -o boxes"), {"a directory"}, "boxes");
+    fs::copy_file(path("where.pgm"), path("picture.toml"));
+    expectFailure(run("bake", "picture.toml -o boxes"), {"picture.toml"}, "boxes");
+}
+
+TEST_F(Programs, badValuesInTheScene)
+{
+    struct Case {
+        const char *from, *to, *expected;
+    };
+    for (const Case& c : {Case{"radius", "radius = nan", "radius"}, Case{"length", "length = -0.1", "length"}, Case{"count", "count = \"many\"", "count"},
+                          Case{"segments", "segmnets = 4", "did you mean 'segments'"}, Case{"variants", "variants = 0", "variants"},
+                          Case{"material = \"fur\"", "material = \"far\"", "the name of a material"}, Case{"eye", "eye = [0, 0, 0]", "target"},
+                          Case{"direction", "direction = [0, 0, 0]", "not zero"}, Case{"width", "width = 0", "width"}, Case{"height", "height = 1e3", "whole number"},
+                          Case{"density", "density = inf", "density"}, Case{"eye", "eye = [0, 1]", "three numbers"}, Case{"voxel", "voxel = -1", "voxel"}}) {
+        writeSceneWith(c.from, c.to);
+        expectFailure(run("bake", "scene.toml -o boxes"), {"scene.toml:", c.expected}, "boxes");
+    }
+}
+
+TEST_F(Programs, badMeshes)
+{
+    ASSERT_EQ(bake().status, 0);
+    fs::remove(path("ground.obj"));
+    expectFailure(compose(), {"ground.obj"}, "volume.vdb");
+    for (const char* text : {"", "this is no mesh\n", "v 0 0 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 0 0 nan\nf 1 2 3\n",
+                             "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n"}) {
+        write("ground.obj", text);
+        expectFailure(compose(), {"ground.obj"}, "volume.vdb");
+    }
+    writeSceneWith("mesh", "mesh = \"ground.xyz\"");
+    write("ground.xyz", kMesh);
+    expectFailure(compose(), {"ground.xyz", "OBJ"}, "volume.vdb");
+}
+
+TEST_F(Programs, badMaps)
+{
+    ASSERT_EQ(bake().status, 0);
+    fs::remove(path("where.pgm"));
+    expectFailure(compose(), {"where.pgm"}, "volume.vdb");
+    for (const char* text : {"", "no picture", "P2\n2 1\n"}) {
+        write("where.pgm", text);
+        expectFailure(compose(), {"where.pgm"}, "volume.vdb");
+    }
+}
+
+TEST_F(Programs, badVolumes)
+{
+    expectFailure(compose(), {"tuft_1.vdb"}, "volume.vdb");
+    expectFailure(render(), {"volume.vdb", "no file"}, "a.exr");
+    write("volume.vdb", "");
+    expectFailure(render(), {"volume.vdb", "empty"}, "a.exr");
+    write("volume.vdb", std::string(4000, 'x'));
+    expectFailure(render(), {"volume.vdb"}, "a.exr");
+
+    openvdb::initialize();
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setName("density");
+    grid->tree().setValue(openvdb::Coord(1, 2, 3), -1.0f);
+    openvdb::io::File(path("volume.vdb").string()).write({grid});
+    expectFailure(render(), {"volume.vdb", "(1, 2, 3)", "-1"}, "a.exr");
+    auto vectors = openvdb::Vec3SGrid::create();
+    vectors->setName("density");
+    openvdb::io::File(path("volume.vdb").string()).write({vectors});
+    expectFailure(render(), {"volume.vdb", "density"}, "a.exr");
+}
+
+TEST_F(Programs, outputsThatCannotBe)
+{
+    ASSERT_EQ(bake().status, 0);
+    ASSERT_EQ(compose().status, 0);
+    expectFailure(render("-o a.gif"), {"a.gif", ".exr"}, "a.gif");
+    expectFailure(render("-o /proc/none/a.exr"), {"/proc/none"}, "a.exr");
+    fs::create_directories(path("d.exr"));
+    EXPECT_EQ(render("-o d.exr").status, 1);
+}
+
+TEST_F(Programs, aForeignVolumeIsRendered)
+{
+    openvdb::initialize();
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setName("density");
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(0.05));
+    grid->fill(openvdb::CoordBBox(openvdb::Coord(-8), openvdb::Coord(7)), 20.0f);
+    openvdb::io::File(path("volume.vdb").string()).write({grid});
+    for (const char* undirected : {"isotropic", "gradient"}) {
+        write("plain.toml", std::string("[camera]\neye = [0, 1.5, 2]\ntarget = [0, 0, 0]\n[[light]]\ndirection = [-1, -2, -1]\n[render]\nwidth = 32\nheight = 24\nundirected = \"")
+                                + undirected + "\"\n");
+        const Outcome outcome = run("render", "plain.toml --volume volume.vdb -o " + std::string(undirected) + ".exr");
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        EXPECT_TRUE(fs::exists(path(std::string(undirected) + ".exr")));
+    }
+}
+
+} // namespace
