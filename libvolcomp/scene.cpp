@@ -33,6 +33,8 @@ void readBoxes(TableReader& r, Scene& s)
     for (auto& [name, table] : r.named({"box", "", "A kind of volume box, grown by a recursive function"})) {
         std::vector<std::string> materials;
         for (const Material& m : s.materials) materials.push_back(m.name);
+        const std::string& key = name;
+        s.boxes.erase(std::remove_if(s.boxes.begin(), s.boxes.end(), [&](const Primitive& p) { return p.name == key; }), s.boxes.end());
         s.boxes.push_back(readPrimitive(table, name, materials));
     }
 }
@@ -60,12 +62,32 @@ void readLights(TableReader& r, Scene& s)
     }
 }
 
-Scene read(TableReader& r)
+Scene read(TableReader& r, int depth);
+
+constexpr int kIncludeDepth = 8;
+
+/// Adds the materials and boxes of other scene files. Those that this file has as well are its own.
+void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s, int depth)
+{
+    for (const std::string& name : names) {
+        r.require(depth < kIncludeDepth, "include", "files that do not include each other");
+        TableReader other = TableReader::open(r.file().parent_path() / name);
+        Scene included = read(other, depth + 1);
+        for (Material& m : included.materials)
+            if (!hasName(s.materials, m.name)) s.materials.push_back(std::move(m));
+        for (Primitive& p : included.boxes)
+            if (!hasName(s.boxes, p.name)) s.boxes.push_back(std::move(p));
+    }
+}
+
+Scene read(TableReader& r, int depth)
 {
     Scene s;
     s.file = r.file();
+    const auto included = r.texts({"include", "", "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"}, {});
     for (auto& [name, table] : r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
         s.materials.push_back(readMaterial(table, name));
+    addIncluded(included, r, s, depth);
     readBoxes(r, s);
     for (auto& [name, table] : r.named({"surface", "", "A surface that boxes stand on"})) s.surfaces.push_back(readSurface(table, name));
     readLayers(r, s);
@@ -85,14 +107,14 @@ Scene read(TableReader& r)
 Scene readScene(const std::filesystem::path& file)
 {
     TableReader reader = TableReader::open(file);
-    return read(reader);
+    return read(reader, 0);
 }
 
 std::vector<KeyDoc> sceneKeys()
 {
     std::vector<KeyDoc> docs;
     TableReader reader = TableReader::describing(docs);
-    read(reader);
+    read(reader, 0);
     return docs;
 }
 
