@@ -4,14 +4,40 @@
 #include <vector>
 
 #include "compose_params.h"
+#include "material.h"
 #include "progress.h"
 #include "scatter.h"
+#include "skin.h"
 #include "volume.h"
 
 namespace volcomp {
 
-/// Adds the placed boxes into one volume of voxels of edge params.voxel (> 0 here). The bytes do not depend on threads.
+/// A colour that is looked up at every voxel of a layer's boxes, at the (u,v) of the voxel's own place: by the surface's projection; or, by texture
+/// coordinates, of the nearest point of the surface, which is sought once for 8^3 voxels of a box and continued linearly between them.
+/// The pointers must outlive compose(); nulls: no such colour.
+struct VoxelTint {
+    const Surface* surface = nullptr;
+    const Map* colour = nullptr;
+};
+
+/// What is composed beside the boxes.
+struct ComposeExtras {
+    std::vector<VoxelTint> tints; ///< one for each layer, by Placement::layer; may be empty
+    std::vector<Skin> skins;
+};
+
+/// Adds the placed boxes into one volume of voxels of edge params.voxel (> 0 here).
+///
+/// Every voxel of a box is spread over the target's voxels that a cube of its size, with the target's axes, overlaps: the integral of density is kept exactly (to
+/// float rounding) at any voxel size, nothing thin is lost, and a turn by 90 degrees on an aligned grid is exact. Where the target is finer by more than
+/// 1.5, voxels are divided first; where it is coarser by 2 or more, the box's voxels are summed by eights first (coarsen()). Coarser voxels therefore keep the integral, not the mean transmittance; a volume that is to be seen
+/// from far away is composed fine and coarsened by the renderer's level of detail.
+/// Densities sum, colours weighted by density; directions as t tᵀ (VolumePart::direction). Voxels not above params.minimum_density are not kept. There is one part for each
+/// material that a placed box or skin uses; without any, one empty part. The bytes do not depend on threads.
+/// Throws Error for indices out of range, values that are not finite, and volumes beyond 2^25 voxels from the origin.
 Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
+               const Progress& progress = {});
+Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
                const Progress& progress = {});
 
 } // namespace volcomp

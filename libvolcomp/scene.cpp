@@ -39,6 +39,18 @@ void readBoxes(TableReader& r, Scene& s)
     }
 }
 
+void readSurfaces(TableReader& r, Scene& s)
+{
+    for (auto& [name, table] : r.named({"surface", "", "A surface that boxes stand on"})) {
+        s.surfaces.push_back(readSurface(table, name));
+        const std::string& skin = s.surfaces.back().skin.material;
+        if (skin.empty()) continue;
+        requireName(table, "skin", "material", s.materials, skin);
+        const auto material = std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& m) { return m.name == skin; });
+        table.require(material->kind == MaterialKind::surface, "skin", "a material of kind surface");
+    }
+}
+
 void readLayers(TableReader& r, Scene& s)
 {
     int index = 0;
@@ -89,7 +101,7 @@ Scene read(TableReader& r, int depth)
         s.materials.push_back(readMaterial(table, name));
     addIncluded(included, r, s, depth);
     readBoxes(r, s);
-    for (auto& [name, table] : r.named({"surface", "", "A surface that boxes stand on"})) s.surfaces.push_back(readSurface(table, name));
+    readSurfaces(r, s);
     readLayers(r, s);
     TableReader compose = r.table({"compose", "", "How the placed boxes become one volume"});
     s.compose = readCompose(compose);

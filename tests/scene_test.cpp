@@ -37,7 +37,7 @@ TEST_F(SceneFile, namesThatNothingHasAreShownWithTheKnownOnes)
     const std::string box = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fuzz\"\n");
     EXPECT_NE(box.find(":4:"), std::string::npos) << box;
     EXPECT_NE(box.find("the name of a material (fur)"), std::string::npos) << box;
-    const std::string layer = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fur\"\nlevel = [{}]\n[surface.a]\nmesh = \"a.obj\"\n[[layer]]\nbox = \"tuf\"\n");
+    const std::string layer = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fur\"\nlevel = [{}]\n[surface.a]\nmesh = \"a.obj\"\n[[layer]]\nbox = \"tuf\"\ndensity = 1\n");
     EXPECT_NE(layer.find("the name of a box (tuft)"), std::string::npos) << layer;
 }
 

@@ -1,0 +1,138 @@
+// volcomp-compose: a scene and its boxes become one sparse volume.
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "compose.h"
+#include "error.h"
+#include "scatter.h"
+#include "scene.h"
+#include "tool.h"
+#include "vdb_io.h"
+
+namespace {
+
+using namespace volcomp;
+namespace fs = std::filesystem;
+
+struct Options {
+    fs::path scene, output, boxes;
+    double voxel = 0;
+};
+
+/// The boxes that the layers use, in the order of their kinds, and where each kind begins.
+struct BoxSet {
+    std::vector<Box> boxes;
+    std::map<std::string, LayerBoxes> kinds;
+};
+
+BoxSet readBoxes(const Scene& scene, const fs::path& directory, const Progress& progress)
+{
+    BoxSet set;
+    std::vector<const Primitive*> used;
+    for (const Primitive& p : scene.boxes)
+        if (std::any_of(scene.layers.begin(), scene.layers.end(), [&](const Layer& l) { return l.box == p.name; })) used.push_back(&p);
+    for (std::size_t k = 0; k < used.size(); ++k) {
+        set.kinds[used[k]->name] = {static_cast<std::int32_t>(set.boxes.size()), used[k]->variants};
+        for (int variant = 0; variant < used[k]->variants; ++variant) {
+            const fs::path file = directory / fmt::format("{}_{}.vdb", used[k]->name, variant + 1);
+            if (!fs::exists(file))
+                throw fileError(file, "", "the box '" + used[k]->name + "', variant " + std::to_string(variant + 1), "no file", "Run volcomp-bake first, or check --boxes.");
+            set.boxes.push_back({used[k]->name, variant, readVolume(file)});
+        }
+        report(progress, double(k + 1) / double(used.size()));
+    }
+    return set;
+}
+
+std::size_t activeVoxels(const Volume& v)
+{
+    std::size_t n = 0;
+    for (const VolumePart& p : v.parts) n += p.density->activeVoxelCount();
+    return n;
+}
+
+std::size_t bytesOf(const Volume& v)
+{
+    std::size_t n = 0;
+    for (const VolumePart& p : v.parts) n += p.density->memUsage() + (p.direction ? p.direction->memUsage() : 0) + (p.colour ? p.colour->memUsage() : 0);
+    return n;
+}
+
+void run(Tool& tool, const Options& options)
+{
+    const Scene scene = readScene(options.scene);
+    ComposeParams params = scene.compose;
+    if (options.voxel > 0) params.voxel = options.voxel;
+
+    std::deque<Surface> surfaces; // stays in place while skins and tints point into it
+    std::map<std::string, const Surface*> by_name;
+    ComposeExtras extras;
+    tool.stage("surfaces", [&](const Progress&) {
+        for (const SurfaceSpec& spec : scene.surfaces) {
+            surfaces.push_back(loadSurface(spec));
+            by_name[spec.name] = &surfaces.back();
+            const MeshReport& r = surfaces.back().mesh().report;
+            tool.say(fmt::format("surface '{}': {}, {:.4g} m^2", spec.name, r.text(), surfaces.back().area()));
+            if (r.non_manifold_faces)
+                tool.warn(fmt::format("{}: {} non-manifold faces at {} edges that more than two faces share; they are kept", spec.mesh.string(),
+                                      r.non_manifold_faces, r.non_manifold_edges));
+            tool.stats["surfaces"][spec.name] = {{"triangles", r.triangles}, {"area_m2", surfaces.back().area()}, {"non_manifold_faces", r.non_manifold_faces},
+                                                 {"open_edges", r.boundary_edges}, {"zero_area", r.zero_area}, {"turned", r.turned}, {"parts", r.parts}};
+            if (!spec.skin.material.empty()) extras.skins.emplace_back(surfaces.back(), spec.skin);
+        }
+    });
+
+    const BoxSet set = tool.stage("read boxes", [&](const Progress& p) { return readBoxes(scene, options.boxes, p); });
+
+    std::deque<Map> maps;
+    const std::vector<Placement> placements = tool.stage("scatter", [&](const Progress& progress) {
+        std::vector<Placement> all;
+        for (std::size_t i = 0; i < scene.layers.size(); ++i) {
+            const Layer& layer = scene.layers[i];
+            const Surface* surface = by_name.at(layer.surface); // readScene() has checked the names
+            const auto placed = scatter(*surface, layer, set.kinds.at(layer.box), static_cast<int>(i), [&](double f) {
+                report(progress, (double(i) + f) / double(scene.layers.size()));
+            });
+            tool.say(fmt::format("layer '{}': {} boxes", layer.name, placed.size()));
+            tool.stats["layers"].push_back({{"name", layer.name}, {"placements", placed.size()}});
+            all.insert(all.end(), placed.begin(), placed.end());
+            extras.tints.emplace_back();
+            if (layer.tint == TintAt::voxel && !layer.colour.empty()) {
+                maps.emplace_back(layer.colour, true);
+                extras.tints.back() = {surface, &maps.back()};
+            }
+        }
+        return all;
+    });
+
+    if (params.voxel == 0) {
+        params.voxel = std::numeric_limits<double>::max();
+        for (const Box& b : set.boxes) params.voxel = std::min(params.voxel, b.volume.voxelSize());
+        if (set.boxes.empty()) throw fileError(scene.file, "compose.voxel", "a voxel size, as there are no boxes to take it from", "none");
+    }
+    const Volume volume = tool.stage("compose", [&](const Progress& p) { return compose(set.boxes, placements, extras, params, p); });
+    const std::size_t voxels = activeVoxels(volume);
+    tool.say(fmt::format("{} placements, {} voxels of {:.4g} m, {:.0f} MB", placements.size(), voxels, params.voxel, double(bytesOf(volume)) / 1048576));
+    tool.stats["placements"] = placements.size();
+    tool.stats["voxel_m"] = params.voxel;
+    tool.stats["active_voxels"] = voxels;
+    tool.stats["volume_bytes"] = bytesOf(volume);
+    tool.stage("write", [&](const Progress&) { writeVolume(options.output, volume); });
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Tool tool("volcomp-compose", "Places the scene's boxes on its surfaces and adds them into one sparse volume");
+    Options options;
+    tool.app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
+    tool.app.add_option("-o,--output", options.output, "Volume to write")->required()->type_name("VOLUME.vdb");
+    tool.app.add_option("--boxes", options.boxes, "Directory of the boxes that volcomp-bake wrote")->required()->type_name("DIR");
+    tool.app.add_option("--voxel", options.voxel, "Edge of a voxel in metres; 0: compose.voxel of the scene")->capture_default_str()->check(CLI::NonNegativeNumber);
+    return tool.main(argc, argv, [&] { run(tool, options); });
+}
