@@ -165,12 +165,12 @@ TEST_F(Programs, theSameBytesForAnyNumberOfThreads)
 
 TEST_F(Programs, helpVersionAndWrongArguments)
 {
-    for (const char* program : {"bake", "compose", "render"}) {
+    for (const auto& [program, required] : {std::pair("bake", ""), {"compose", "--boxes boxes "}, {"render", ""}}) {
         const Outcome help = run(program, "--help");
         EXPECT_EQ(help.status, 0);
         for (const char* option : {"--quiet", "--threads", "--version", "--stats"}) EXPECT_NE(help.output.find(option), std::string::npos) << program << option;
         EXPECT_EQ(run(program, "--version").status, 0);
-        const Outcome wrong = run(program, "scene.toml -o x --colour blue");
+        const Outcome wrong = run(program, std::string("scene.toml -o x ") + required + "--colour blue");
         EXPECT_EQ(wrong.status, 2);
         EXPECT_NE(wrong.output.find("--colour"), std::string::npos) << wrong.output;
         EXPECT_EQ(run(program, "").status, 2);
