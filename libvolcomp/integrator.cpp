@@ -52,6 +52,24 @@ RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch
     return traceExact<false>(r, direction, scratch);
 }
 
+void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double fine_weight, std::vector<char>& seen) const
+{
+    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), std::numeric_limits<double>::infinity());
+    double transmittance = 1;
+    forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
+        const float* density = m_tree.densities(span.leaf);
+        double brightest = 0;
+        forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
+            if (!(density[voxel] > 0)) return;
+            const double delta = m_extinction * double(density[voxel]) * (end - t), passes = delta < 0.3 ? 1 - delta + 0.5 * delta * delta : std::exp(-delta);
+            brightest = std::max(brightest, transmittance * (1 - passes));
+            transmittance *= passes;
+        });
+        if (brightest > 0) seen[span.leaf] = std::max<char>(seen[span.leaf], brightest < fine_weight ? ShadowSweep::coarse : ShadowSweep::fine);
+        return transmittance > m_params.cutoff;
+    });
+}
+
 template <bool kFibre>
 RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
 {
@@ -91,8 +109,11 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
                     source += opacity * light.S;
                     continue;
                 }
-                const double a = light.t == t ? light.depth : depthToLight(m_lights[l], at(t), scratch.counts);
-                const double b = depthToLight(m_lights[l], at(end), scratch.counts);
+                double a, b;
+                if (!m_sweep || !m_sweep->depths(l, span.leaf, voxels[i], cell, at(t), at(end), a, b)) {
+                    a = light.t == t ? light.depth : depthToLight(m_lights[l], at(t), scratch.counts);
+                    b = depthToLight(m_lights[l], at(end), scratch.counts);
+                }
                 light.depth = b;
                 light.t = end;
                 source += delta * segmentLight(a, delta + b - a) * light.S;

@@ -9,6 +9,7 @@
 #include "material.h"
 #include "render_params.h"
 #include "shade.h"
+#include "shadow_sweep.h"
 #include "voxel_tree.h"
 
 namespace volcomp {
@@ -42,6 +43,16 @@ public:
     /// Both in world units; the direction is unit length. Zero or non-finite directions see nothing.
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const;
 
+    /// Uses swept light instead of rays, where it has it. The reference must outlive this.
+    void useSweep(const ShadowSweep& sweep) { m_sweep = &sweep; }
+
+    /// Marks the leaves that the ray reaches before the cutoff, as ShadowSweep wants them: fine where a voxel shows with `fine_weight` or more.
+    void markLeaves(const Vec3d& origin, const Vec3d& direction, double fine_weight, std::vector<char>& seen) const;
+    /// The optical depth behind which nothing matters.
+    double darkest() const { return m_params.cutoff > 0 ? -std::log(m_params.cutoff) : 12; }
+
+    double extinction() const { return m_extinction; }
+
     /// Optical depth from p to the light.
     double depthToLight(const Light& light, const Vec3d& p_corner, RayCounts& counts) const;
 
@@ -52,6 +63,7 @@ private:
     Vec3d gradientNormal(const int* cell) const;
 
     const VoxelTree& m_tree;
+    const ShadowSweep* m_sweep = nullptr;
     std::vector<Material> m_materials;
     const std::vector<Light>& m_lights;
     std::vector<Light> m_corner_lights;   ///< position in corner coordinates, direction in grid axes

@@ -3,7 +3,9 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <optional>
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include "error.h"
@@ -14,7 +16,8 @@
 namespace volcomp {
 namespace {
 
-constexpr int kTile = 16; // pixels
+constexpr int kTile = 16;             // pixels
+constexpr double kFineWeight = 0.03;  // of a voxel in its pixel, from which its light is worth nine rays
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -43,6 +46,22 @@ Vec3d samplePosition(int x, int y, int sample, int samples, int width)
     return {x + (sample % side + u) / side, y + (sample / side + v) / side, 0};
 }
 
+// The leaves that show in rays through every other pixel, for the sweep.
+std::vector<char> seenLeaves(const Integrator& integrator, const VoxelTree& tree, const CameraRays& rays, const Crop& crop)
+{
+    std::vector<char> seen(tree.leafCount(), ShadowSweep::coarse);
+    tbb::enumerable_thread_specific<std::vector<char>> local(seen);
+    tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
+        for (int x = 0; x < crop.width; x += 2) {
+            const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
+            integrator.markLeaves(ray.origin, ray.direction, kFineWeight, local.local());
+        }
+    });
+    for (const std::vector<char>& part : local)
+        for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
+    return seen;
+}
+
 } // namespace
 
 Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
@@ -51,20 +70,25 @@ Image render(const Volume& volume, const std::vector<Material>& materials, const
     camera.validate();
     params.validate();
     for (const Light& light : lights) light.validate();
+    const Crop crop = params.crop.width > 0 ? params.crop : Crop{0, 0, params.width, params.height};
     const double start = seconds();
     const VoxelTree tree(volume);
     std::vector<Material> part_materials;
     for (const VolumePart& part : volume.parts) part_materials.push_back(materialOf(part, materials));
-    const Integrator integrator(tree, part_materials, lights, params);
+    Integrator integrator(tree, part_materials, lights, params);
+    const CameraRays rays(camera, params.width, params.height);
+    std::optional<ShadowSweep> sweep;
+    if (params.shadows == Shadows::sweep) {
+        sweep.emplace(tree, lights, seenLeaves(integrator, tree, rays, crop), integrator.extinction(), integrator.darkest(), params.extinction == Extinction::fibre);
+        integrator.useSweep(*sweep);
+    }
     const double prepared = seconds();
 
     Image image;
-    const Crop crop = params.crop.width > 0 ? params.crop : Crop{0, 0, params.width, params.height};
     image.width = crop.width;
     image.height = crop.height;
     image.channels = {"R", "G", "B", "A"};
     image.pixels.resize(std::size_t(4) * crop.width * crop.height);
-    const CameraRays rays(camera, params.width, params.height);
     const int columns = (crop.width + kTile - 1) / kTile, tiles = columns * ((crop.height + kTile - 1) / kTile);
     std::mutex mutex;
     RayCounts counts;

@@ -10,7 +10,7 @@ class TableReader;
 enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
-enum class Shadows { exact, none };
+enum class Shadows { exact, sweep, none };
 enum class Undirected { isotropic, gradient };  ///< how a voxel without direction is shaded (MODEL section 4)
 
 /// A rectangle of pixels from the picture's top left corner. Empty (width 0): all of it.

@@ -94,6 +94,20 @@ public:
         return l == kEmpty ? 0 : densities(l)[offset(x, y, z)];
     }
 
+    /// Calls f(origin, leaf) for every place of 8^3 voxels that has a leaf, in a fixed order.
+    template <class F>
+    void forEachCell(F&& f) const
+    {
+        for (const Slot& slot : m_slots) {
+            if (slot.block == kEmpty) continue;
+            const auto axis = [&](int shift) { return int(std::int32_t(slot.key >> shift & 0x1fffff) << 11) >> 11; }; // 21 bits with sign
+            const openvdb::Coord origin(axis(42) * kBlockDim, axis(21) * kBlockDim, axis(0) * kBlockDim);
+            for (int n = 0; n < 4096; ++n)
+                if (const int l = m_children[std::size_t(slot.block) * 4096 + n]; l != kEmpty)
+                    f(origin.offsetBy((n >> 8) * 8, (n >> 4 & 15) * 8, (n & 15) * 8), l);
+        }
+    }
+
     /// Number of a voxel's record; the voxel must have density > 0.
     std::uint32_t recordIndex(const Leaf& l, int voxel) const
     {
