@@ -11,6 +11,8 @@
 namespace volcomp {
 namespace {
 
+constexpr double kVoxelsAcross = 256;
+
 const Material& find(const std::vector<Material>& materials, const std::string& name, const std::string& box)
 {
     std::string known;
@@ -38,14 +40,14 @@ double voxelFor(const Skeleton& skeleton)
         }
     if (widths.empty()) return 0.01;
     std::sort(widths.begin(), widths.end());
-    double below = 0, median = 0;
+    double below = 0, thin = 0;
     for (const auto& [width, length] : widths) {
-        median = width;
-        if ((below += length) >= 0.5 * total) break;
+        thin = width;
+        if ((below += length) >= 0.25 * total) break;
     }
     const Vec3d extent(high - low);
-    const double longest = std::max({extent[0], extent[1], extent[2], median});
-    return std::max(median, longest / 200);
+    const double longest = std::max({extent[0], extent[1], extent[2], thin});
+    return std::max(0.5 * thin, longest / kVoxelsAcross);
 }
 
 Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant, const Progress& progress)

@@ -16,8 +16,8 @@ namespace volcomp {
 /// Throws Error where the primitive is out of range, names an unknown material or would exceed its number of segments.
 Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant, const Progress& progress = {});
 
-/// Edge of a voxel for a primitive that gives none, metres: the diameter or width of a typical piece (the median by length), or 1/200
-/// of the longest side of what it grows, whichever is larger. Finer voxels would show what no picture of the whole box shows.
+/// Edge of a voxel for a primitive that gives none, metres: half the width of the thin pieces (the lower quartile by length), or
+/// 1/256 of the longest side of what it grows, whichever is larger: finer voxels would show what no picture of the whole box shows.
 double voxelFor(const Skeleton& skeleton);
 
 /// What a file says about the box that it holds: the primitive's parameters, as metadata.

@@ -74,6 +74,19 @@ double varied(double value, double deviation, Random& random)
     return value * std::clamp(1 + deviation * random.normal(), 0.1, 2.0);
 }
 
+/// Half widths of an outline at its nodes, greatest about 1, so that few pieces have the area of the smooth outline.
+std::vector<double> nodeWidths(Outline outline, int segments)
+{
+    constexpr int kSteps = 256;
+    double area = 0, pieces = 0;
+    for (int k = 0; k < kSteps; ++k) area += outlineWidth(outline, (k + 0.5) / kSteps) / kSteps;
+    std::vector<double> widths;
+    for (int k = 0; k <= segments; ++k) widths.push_back(segments == 1 ? area : outlineWidth(outline, double(k) / segments));
+    for (int k = 0; k < segments; ++k) pieces += 0.5 * (widths[k] + widths[k + 1]) / segments;
+    for (double& w : widths) w *= area / pieces;
+    return widths;
+}
+
 /// The line of a strand, segments + 1 nodes, without curl, frizz and clump where `plain`.
 void trace(const Level& level, const Strand& strand, bool plain, std::vector<Node>& nodes)
 {
@@ -292,6 +305,7 @@ private:
         const std::size_t first = segments.size();
         const std::uint32_t first_strand = m_strands[m_part[index]];
         const std::size_t pieces = static_cast<std::size_t>(level.segments);
+        const std::vector<double> widths = nodeWidths(level.outline, level.segments);
         segments.resize(first + strands.size() * pieces);
         m_strands[m_part[index]] += static_cast<std::uint32_t>(strands.size());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, strands.size(), 16), [&](const tbb::blocked_range<std::size_t>& range) {
@@ -316,8 +330,8 @@ private:
                         Vec3d side = axis.cross((nodes[k].frame.n + nodes[k + 1].frame.n) * 0.5);
                         if (side.length() > 0) side.normalize();
                         s.side = Vec3f(side);
-                        s.size_a = static_cast<float>(half_width * outlineWidth(level.outline, s0));
-                        s.size_b = static_cast<float>(half_width * outlineWidth(level.outline, s1));
+                        s.size_a = static_cast<float>(half_width * widths[k]);
+                        s.size_b = static_cast<float>(half_width * widths[k + 1]);
                     } else {
                         s.size_a = static_cast<float>(nodes[k].radius);
                         s.size_b = static_cast<float>(nodes[k + 1].radius);
