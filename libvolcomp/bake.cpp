@@ -47,7 +47,7 @@ double voxelFor(const Skeleton& skeleton)
     }
     const Vec3d extent(high - low);
     const double longest = std::max({extent[0], extent[1], extent[2], thin});
-    return std::max(0.5 * thin, longest / kVoxelsAcross);
+    return std::max({0.5 * thin, longest / kVoxelsAcross, kSmallestVoxel});
 }
 
 Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant, const Progress& progress)

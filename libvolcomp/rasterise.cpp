@@ -27,9 +27,21 @@ constexpr double kMaxCoverage = 0.99;
 constexpr int kMaxCoordinate = 1 << 20;
 constexpr float kLeastDepth = 1e-5f; ///< of a voxel; less is neither seen nor does it fit half floats
 constexpr double kSpreadFrom = 0.125; ///< radius in voxels from which a round strand is more than its axis
-/// Radius in voxels from which a round strand is filled by distance. The ramp that blurs its border, one voxel wide, adds pi/12 to
-/// the area of the disc pi r^2, so that r^2 - 1/12 takes the place of r^2, which must not be less than 1/4 for a full axis.
+/// Radius in voxels from which a round strand is filled by distance; there its border's blur reaches its axis, see thickRadius().
 const double kThick = std::sqrt(1.0 / 3);
+
+/// What multiplies the coverage of a round strand of `radius` voxels. Up to an eighth nothing does. Above, a strand that crosses several voxels
+/// side by side in a ray's way would let light through as if it were several strands, each at random: -ln(1 - c) is for those.
+/// Fitted once, with thickRadius(), to exactly traced cylinders with radii of 1/4 to 4 voxels: what they block is right within 2 %,
+/// where without the two it is up to 12 % too little or too much.
+double roundFactor(double radius) { return 1 + 0.5 * std::max(0.0, radius - kSpreadFrom); }
+
+/// The radius to fill for a strand of `radius` voxels, at least kThick. The ramp that blurs its border, one voxel wide, adds pi/12 to the
+/// area of a disc pi r^2; and rays that graze the border pass several of its voxels, the more the larger the radius, so that it looks larger than it is.
+double thickRadius(double radius)
+{
+    return std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - 0.1 - 0.13 * std::log(radius) + 0.1 * std::exp((kThick - radius) / 0.08);
+}
 
 /// What multiplies area / (2 h^2), the mean projected area, for a flat shape `width` voxels wide. Where it is wider than a voxel its
 /// pieces shade each other only beside it, not behind, so it takes more to block what it blocks; 2 in the limit. Fitted once to the transmittance
@@ -116,9 +128,7 @@ public:
         const double change = thick_a == thick_b ? 0 : (kThick - size_a) / (size_b - size_a);
         if (thick_a || thick_b) {
             const double t0 = thick_a ? 0 : change, t1 = thick_b ? 1 : change;
-            const bool starts = index == 0 || m_segments[index - 1].strand != s.strand;
-            const bool ends = index + 1 == m_segments.size() || m_segments[index + 1].strand != s.strand;
-            addThick(s, {a, d}, axis, length, size_a, size_b, t0, t1, t0 > 0 || starts, t1 < 1 || ends);
+            addThick(s, {a, d}, axis, length, size_a, size_b, t0, t1);
         }
         if (!thick_a || !thick_b) addThin(s, {a, d}, axis, length, size_a, size_b, thick_a ? change : 0, thick_b ? change : 1);
     }
@@ -146,7 +156,7 @@ private:
             tensor = {0.5 * (1 - tensor.xx), 0.5 * (1 - tensor.yy), 0.5 * (1 - tensor.zz), -0.5 * tensor.xy, -0.5 * tensor.xz, -0.5 * tensor.yz};
         const double largest = std::max(size_a, size_b);
         // (pi/4) 2 r l in voxels, or where that is less the volume pi r^2 l
-        const double per_length = kPi / 2 * length * std::max(1.0, size_a + size_b);
+        const double per_length = kPi / 2 * length * std::max(1.0, size_a + size_b) * roundFactor(0.5 * (size_a + size_b));
         if (largest < kSpreadFrom) {
             walk(s, line, t0, t1, per_length * size_a, per_length * size_b, tensor);
             return;
@@ -208,11 +218,10 @@ private:
         }
     }
 
-    void addThick(const Segment& s, const Line& line, const Vec3d& axis, double length, double size_a, double size_b, double t0, double t1,
-                  bool flat_start, bool flat_end)
+    void addThick(const Segment& s, const Line& line, const Vec3d& axis, double length, double size_a, double size_b, double t0, double t1)
     {
         const Vec3d p0 = line.a + line.d * t0, p1 = line.a + line.d * t1;
-        const double reach = std::max(size_a, size_b) + 0.5;
+        const double reach = std::max(size_a, size_b) + 0.55; // thickRadius() exceeds the radius by up to 0.02
         int low[3], high[3];
         for (int k = 0; k < 3; ++k) {
             low[k] = static_cast<int>(std::clamp(std::floor(std::min(p0[k], p1[k]) - reach - m_low[k]), 0.0, 8.0));
@@ -229,9 +238,9 @@ private:
                     const double distance = out.length();
                     // a plane cuts a cube, averaged over directions: a ramp one voxel wide has the same mean and variance
                     const double radius = size_a + (size_b - size_a) * t;
-                    double c = std::clamp(0.5 + std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - distance, 0.0, 1.0);
-                    if (flat_start) c *= std::clamp(0.5 + along - t0 * length, 0.0, 1.0);
-                    if (flat_end) c *= std::clamp(0.5 + t1 * length - along, 0.0, 1.0);
+                    double c = std::clamp(0.5 + thickRadius(radius) - distance, 0.0, 1.0);
+                    if (t0 > 0) c *= std::clamp(0.5 + along - t0 * length, 0.0, 1.0);
+                    if (t1 < 1) c *= std::clamp(0.5 + t1 * length - along, 0.0, 1.0);
                     if (c <= 0) continue;
                     const int index = (x << 6) | (y << 3) | z;
                     const double more = c - m_cells[index].coverage;
@@ -277,7 +286,7 @@ void forLeaves(const Segment& s, double voxel, F&& f)
 {
     const Vec3d a = (Vec3d(s.a) / voxel + Vec3d(0.5)) / kLeaf, b = (Vec3d(s.b) / voxel + Vec3d(0.5)) / kLeaf;
     const double size = std::max(s.size_a, s.size_b) / voxel;
-    const double reach = (s.flat() || size >= kSpreadFrom ? size + (size >= kThick && !s.flat() ? 0.5 : 0) : 0) / kLeaf + 1e-9;
+    const double reach = (s.flat() || size >= kSpreadFrom ? size + (size >= kThick && !s.flat() ? 0.55 : 0) : 0) / kLeaf + 1e-9;
     const Line line{a, b - a};
     int low[3], high[3];
     for (int k = 0; k < 3; ++k) {
@@ -319,7 +328,8 @@ std::vector<Pair> findPairs(const std::vector<Segment>& segments, double voxel)
 
 void check(const std::vector<Segment>& segments, double voxel)
 {
-    if (!(voxel > 0) || !std::isfinite(voxel)) throw Error(fmt::format("the voxel of a box: expected a length > 0, found {}", voxel));
+    if (!(voxel >= kSmallestVoxel) || !std::isfinite(voxel))
+        throw Error(fmt::format("the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller things in millimetres", kSmallestVoxel, voxel));
     double farthest = 0;
     for (const Segment& s : segments) {
         for (int k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(double(s.a[k])), std::abs(double(s.b[k]))});

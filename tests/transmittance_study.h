@@ -4,6 +4,7 @@
 // whether a ray is blocked is decided exactly and in float64, without the library's code.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -112,14 +113,13 @@ inline std::vector<float> bakedTransmittance(const Volume& volume, const StudyVi
 {
     const VoxelTree tree(volume);
     std::vector<float> result(static_cast<std::size_t>(view.columns * view.rows));
-    const Vec3d d = tree.directionToWorld(Vec3d(1, 0, 0)) == Vec3d(1, 0, 0) ? view.direction : Vec3d(0.0); // boxes are not rotated
     for (int y = 0; y < view.rows; ++y)
         for (int x = 0; x < view.columns; ++x) {
             double u, v;
             view.ray(x, y, u, v);
             const Vec3d p = view.right * u + view.up * v;
             const double middle = p.dot(view.direction);
-            const MarchRay ray(tree, tree.toCorner(p - view.direction * (middle + 1000 * tree.voxelSize())), d, 1e9);
+            const MarchRay ray(tree, tree.toCorner(p - view.direction * (middle + 1000 * tree.voxelSize())), view.direction, 1e9); // boxes are not rotated
             const double depth = !ray.hits ? 0 : fibre ? lineIntegral<true>(tree, ray, view.direction, 1e9) : lineIntegral<false>(tree, ray, view.direction, 1e9);
             result[static_cast<std::size_t>(y * view.columns + x)] = static_cast<float>(std::exp(-depth * tree.voxelSize()));
         }

@@ -6,6 +6,7 @@
 #include "bake.h"
 #include "error.h"
 #include "scene.h"
+#include "sheet.h"
 #include "tool.h"
 #include "vdb_io.h"
 
@@ -14,10 +15,11 @@ using namespace volcomp;
 int main(int argc, char** argv)
 {
     Tool tool("volcomp-bake", "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... DIR/NAME_N.vdb for each [box.NAME].");
-    std::filesystem::path scene_file, directory;
+    std::filesystem::path scene_file, directory, sheet;
     std::vector<std::string> only;
     tool.app.add_option("scene", scene_file, "Scene file (TOML)")->required()->type_name("SCENE");
     tool.app.add_option("-o,--output", directory, "Directory for the boxes; made if it is not there")->required()->type_name("DIR");
+    tool.app.add_option("--sheet", sheet, "Also render every box into one labelled sheet (.png or .exr)")->type_name("FILE");
     tool.app.add_option("--box", only, "Bake these boxes only")->type_name("NAME");
 
     return tool.main(argc, argv, [&] {
@@ -26,6 +28,7 @@ int main(int argc, char** argv)
         for (const std::string& name : only)
             if (std::none_of(scene.boxes.begin(), scene.boxes.end(), [&](const Primitive& p) { return p.name == name; }))
                 throw fileError(scene_file, "box", "a [box." + name + "] table, as --box says", "none");
+        std::vector<SheetTile> tiles;
         for (const Primitive& primitive : scene.boxes) {
             if (!only.empty() && std::find(only.begin(), only.end(), primitive.name) == only.end()) continue;
             std::uint64_t voxels = 0;
@@ -36,10 +39,12 @@ int main(int argc, char** argv)
                     for (const VolumePart& part : box.volume.parts) voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
                     writeVolume(directory / fmt::format("{}_{}.vdb", primitive.name, variant + 1), box.volume, boxMetadata(primitive, variant));
+                    if (!sheet.empty()) tiles.push_back(pictureOf(box, scene.materials, scene.render));
                 }
             });
             tool.stats["boxes"][primitive.name] = {{"variants", primitive.variants}, {"voxels", voxels}, {"voxel", voxel}};
             tool.say(fmt::format("{}: {} of {} voxels of {:.4g} m", primitive.name, primitive.variants == 1 ? "1 box" : fmt::format("{} boxes", primitive.variants), voxels, voxel));
         }
+        if (!sheet.empty()) writeImage(sheet, sheetOf(tiles), {});
     });
 }
