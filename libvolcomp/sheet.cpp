@@ -25,6 +25,12 @@ std::string lengthText(double metres)
     return fmt::format("{:.3g} mm", 1000 * metres);
 }
 
+std::string countText(std::uint64_t n)
+{
+    if (n >= 1000000) return fmt::format("{:.3g} M", 1e-6 * double(n));
+    return n >= 1000 ? fmt::format("{:.0f} k", 1e-3 * double(n)) : std::to_string(n);
+}
+
 Light directional(const Vec3d& direction, double strength)
 {
     Light light;
@@ -61,7 +67,7 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, cons
     camera.target = (low + high) * 0.5;
     camera.eye = camera.target + to_eye * (2 * extent.length());
     camera.width = across;
-    tile.subtitle = empty ? "empty" : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]), lengthText(std::max(extent[0], extent[2])), voxels);
+    tile.subtitle = empty ? "empty" : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]), lengthText(std::max(extent[0], extent[2])), countText(voxels));
 
     RenderParams params = scene_params;
     params.width = params.height = size;
@@ -99,7 +105,7 @@ Image sheetOf(const std::vector<SheetTile>& tiles)
                 // the background shows where alpha is less than 1 and is already in the colour
                 for (int c = 0; c < 3; ++c) to[c] = from[c];
             }
-        for (const auto& [line, y, font_size] : {std::tuple(tile.title, height + 19, 17), std::tuple(tile.subtitle, height + 37, 12)})
+        for (const auto& [line, y, font_size] : {std::tuple(tile.title, height + 19, 17), std::tuple(tile.subtitle, height + 37, 11)})
             if (!OIIO::ImageBufAlgo::render_text(text, x0 + 4, y0 + y, line, font_size, "DejaVuSans", kInk))
                 throw Error("a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): " + text.geterror());
     }
