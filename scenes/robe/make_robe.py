@@ -1,0 +1,284 @@
+#!/usr/bin/python3
+"""Makes the bathrobe's surfaces and maps: wrapped in front, closed by a knotted belt, with wide sleeves and a shawl collar, on nobody.
+
+    make_robe.py DIR
+
+writes DIR/robe.obj (body and sleeves), DIR/trim.obj (collar and turned-up cuffs), DIR/belt.obj, and the maps of the robe's texture
+space, which is in metres divided by the size of the sheet:
+    pattern.png   colour: woven stripes, and a border of lozenges at the hem and the sleeves' ends
+    ribs.png      factor on the size of loops: the ribs of collar, cuffs and belt, one period across
+Units are metres, the hem is at y = 0, the front looks along +z. Everything follows from the numbers below; no random state.
+"""
+import math
+import os
+import struct
+import sys
+import zlib
+
+import numpy as np
+
+SHEET = (3.0, 1.2)     # size of the texture sheet, metres
+TORSO_WIDTH = 1.90     # its part for the body; the sleeves lie above each other beside it
+PIXEL = 0.001          # metres a pixel of the pattern
+BELT = 0.505           # height of the belt's middle
+
+# height, half width (x), half depth (z), exponent of the superellipse, x where the upper front edge lies (it crosses over below the chest)
+PROFILE = [
+    (0.00, 0.315, 0.250, 2.0, -0.150),
+    (0.22, 0.295, 0.230, 2.0, -0.140),
+    (0.40, 0.255, 0.190, 2.1, -0.120),
+    (0.505, 0.215, 0.158, 2.2, -0.105),
+    (0.60, 0.248, 0.180, 2.3, -0.080),
+    (0.74, 0.272, 0.195, 2.4, -0.030),
+    (0.86, 0.268, 0.175, 2.5, 0.018),
+    (0.95, 0.205, 0.138, 2.3, 0.045),
+    (1.01, 0.130, 0.105, 2.0, 0.058),
+    (1.06, 0.092, 0.090, 2.0, 0.060),
+]
+SLEEVE = [  # x, y, z of the axis, radius
+    (0.125, 0.895, -0.010, 0.075),
+    (0.222, 0.835, -0.010, 0.103),
+    (0.302, 0.730, -0.010, 0.106),
+    (0.352, 0.600, 0.000, 0.108),
+    (0.388, 0.480, 0.025, 0.114),
+    (0.412, 0.385, 0.055, 0.120),
+]
+
+
+def add(a, b): return tuple(x + y for x, y in zip(a, b))
+def sub(a, b): return tuple(x - y for x, y in zip(a, b))
+def mul(a, s): return tuple(x * s for x in a)
+def cross(a, b): return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def unit(a):
+    length = math.sqrt(sum(x * x for x in a))
+    return mul(a, 1 / length)
+
+
+def smooth(a, b, x):
+    t = min(max((x - a) / (b - a), 0.0), 1.0)
+    return t * t * (3 - 2 * t)
+
+
+def spline(rows, t):
+    """Catmull-Rom through rows[i] at t = i; t is clamped."""
+    t = min(max(t, 0.0), len(rows) - 1.0)
+    i = min(int(t), len(rows) - 2)
+    f = t - i
+    p0, p1, p2, p3 = (rows[min(max(i + k, 0), len(rows) - 1)] for k in (-1, 0, 1, 2))
+    return tuple(0.5 * (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f * f + (3 * b - a - 3 * c + d) * f ** 3)
+                 for a, b, c, d in zip(p0, p1, p2, p3))
+
+
+def profile(y):
+    """The profile's row at a height."""
+    i = max(k for k in range(len(PROFILE) - 1) if PROFILE[k][0] <= max(y, 0.0) or k == 0)
+    y0, y1 = PROFILE[i][0], PROFILE[i + 1][0]
+    return (y,) + spline(PROFILE, i + min(max((y - y0) / (y1 - y0), 0.0), 1.0))[1:]
+
+
+def torso(s, y):
+    """Point of the body; s in [0, 1] from the upper front edge around the wearer's left side and the back to the lower front edge."""
+    _, a, b, n, edge = profile(y)
+    start = edge / a                                   # angle from the front; below 0 it has crossed over
+    angle = start + s * (2 * math.pi - 2 * start)
+    below = smooth(BELT - 0.03, BELT - 0.30, y)
+    gather = math.exp(-((y - BELT) / 0.10) ** 2)
+    fold = 1 + below * (0.040 * math.sin(8 * angle + 1.0) + 0.022 * math.sin(5 * angle + 2.2)) + 0.020 * gather * math.sin(23 * angle + 3 * math.sin(3 * angle))
+    fold += 0.012 * smooth(0.55, 0.66, y) * smooth(0.95, 0.8, y) * math.sin(6 * angle + 9 * y)
+    c, d = math.sin(angle), math.cos(angle)
+    r = (abs(c) ** n + abs(d) ** n) ** (-1 / n) * fold
+    over = 0.020 * (1 - smooth(0, 0.5, angle - start)) * smooth(0.93, 0.80, y)   # the upper front lies before the lower one
+    under = 0.006 * smooth(2 * math.pi - 0.6, 2 * math.pi, angle) * smooth(0.93, 0.80, y)
+    return (a * r * c, y, (b + over - under) * r * d)
+
+
+def torso_normal(s, y):
+    e = 1e-3
+    return unit(cross(sub(torso(min(s + e, 1), y), torso(max(s - e, 0), y)), sub(torso(s, y + e), torso(s, y - e))))
+
+
+def sleeve(side, s, h, grow=0.0):
+    """Point of a sleeve; s in [0, 1] around, h in [0, 1] from the shoulder to its end; side is 1 or -1."""
+    t = h * (len(SLEEVE) - 1)
+    x, y, z, r = spline(SLEEVE, t)
+    ax, ay, az, _ = sub(spline(SLEEVE, t + 0.01), spline(SLEEVE, t - 0.01))
+    axis = unit((ax, ay, az))
+    inner = unit(cross(axis, (0, 0, 1)))               # the seam is on the inside
+    front = cross(inner, axis)
+    angle = 2 * math.pi * s
+    wrinkle = 1 + 0.045 * math.exp(-((h - 0.5) / 0.2) ** 2) * math.sin(34 * h + 2 * math.cos(angle + 0.4)) + 0.04 * h * math.sin(3 * angle + 0.7)
+    p = add((x, y, z), add(mul(inner, (r + grow) * wrinkle * math.cos(angle)), mul(front, (r + grow) * wrinkle * math.sin(angle) * 0.80)))
+    return (side * p[0], p[1], p[2])
+
+
+def cuff(side, s, w):
+    """Point of a turned-up cuff; w in [0, 1] from its upper edge over its end to the inside."""
+    h = min(0.80 + 0.235 * w, 1.0)
+    grow = 0.017 * math.sqrt(max(0.0, 1 - max(0.0, (w - 0.85) / 0.15) ** 2)) * smooth(-0.02, 0.05, w)
+    return sleeve(side, s, h, grow)
+
+
+def collar(t, w):
+    """Point of the shawl collar; t in [0, 1] along it from the wearer's left waist around the neck to the right, w in [0, 1] outwards."""
+    e = abs(2 * t - 1)                                 # 1 at the waist, 0 behind the neck
+    y = (BELT - 0.03) + (1.035 - BELT + 0.03) * min(1.0, (1 - e) / 0.68)
+    around = smooth(0.55, 1.0, 1 - e)                  # 0 on the front edge, 1 behind the neck
+    width = 0.088 * (0.62 + 0.38 * smooth(0, 0.5, 1 - e)) * (1 + 0.12 * math.exp(-((e - 0.45) / 0.2) ** 2))
+    s = 0.5 * around
+    s += (1 - around) * width * w / 1.45 * (1 + 0.8 * smooth(0.85, 1.05, y))
+    y -= around * width * w * 0.95
+    if t > 0.5:
+        s = 1 - s
+    upper = 0.010 if t < 0.5 else 0.0
+    bulge = 0.012 + upper * (1 - around) + 0.026 * math.sin(math.pi * min(1.0, w * 0.9 + 0.08)) * (0.6 + 0.4 * around)
+    bulge *= 0.45 + 0.55 * smooth(0.0, 0.14, 1 - e)          # flat where the belt holds it
+    p = add(torso(s, y), mul(torso_normal(s, y), bulge))
+    return (p[0], p[1] + 0.030 * around * (1 - w), p[2])
+
+
+def tube(path, width, thick, normal, steps, around=28, power=3.0):
+    """A padded band along path(t): a rounded cross-section, `width` across and `thick` along normal(t). Closed at its ends."""
+    def point(s, t):
+        e = 1e-3
+        tangent = unit(sub(path(min(t + e, 1.0)), path(max(t - e, 0.0))))
+        n = normal(t)
+        n = unit(sub(n, mul(tangent, sum(x * y for x, y in zip(n, tangent)))))
+        b = cross(tangent, n)
+        angle = 2 * math.pi * s
+        c, d = math.cos(angle), math.sin(angle)
+        r = (abs(c) ** power + abs(d) ** power) ** (-1 / power)
+        cap = math.sqrt(max(0.0, 1 - max(0.0, abs(2 * t - 1) - 0.97) ** 2 / 0.03 ** 2)) if steps > 0 else 1
+        return add(path(t), add(mul(b, width / 2 * r * c * cap), mul(n, thick / 2 * r * d * cap)))
+    return point, around, abs(steps)
+
+
+def belt_parts():
+    """The band around the waist, the knot and the two hanging ends: (point, uv scale, quads around, quads along)."""
+    def waist(t):
+        angle = 2 * math.pi * t
+        _, a, b, n, _ = profile(BELT)
+        c, d = math.sin(angle), math.cos(angle)
+        r = (abs(c) ** n + abs(d) ** n) ** (-1 / n)
+        return ((a + 0.020) * r * c, BELT + 0.006 * math.cos(angle) + 0.004 * math.sin(3 * angle), (b + 0.040) * r * d)
+
+    def outward(t):
+        p = waist(t)
+        return unit((p[0], 0.0, p[2] * 1.6))
+
+    knot_x, knot_z = -0.030, 0.209
+    def knot(t):                                       # a turn around the band, leaning
+        angle = 2 * math.pi * t
+        return (knot_x + 0.012 * math.sin(angle), BELT + 0.004 + 0.036 * math.cos(angle), knot_z + 0.008 + 0.024 * math.sin(angle))
+
+    def knot_out(t):
+        angle = 2 * math.pi * t
+        return (0.25, math.cos(angle), math.sin(angle) + 0.01)
+
+    def end(dx, length, z, sway):
+        rows = [(knot_x + 0.1 * dx, BELT + 0.012, knot_z + 0.002), (knot_x + 0.45 * dx, BELT - 0.022, knot_z + 0.022 + z),
+                (knot_x + 0.85 * dx, BELT - 0.30 * length, knot_z + 0.026 + z), (knot_x + dx + sway, BELT - 0.68 * length, knot_z + 0.046 + z),
+                (knot_x + 1.1 * dx, BELT - length, knot_z + 0.072 + z)]
+        return lambda t: spline(rows, t * 4)
+
+    parts = [tube(waist, 0.056, 0.024, outward, -220), tube(knot, 0.058, 0.024, knot_out, -48),
+             tube(end(-0.075, 0.30, 0.0, 0.008), 0.050, 0.018, lambda t: (-0.15, 0.25, 1.0), 70),
+             tube(end(0.060, 0.36, 0.003, -0.010), 0.050, 0.018, lambda t: (0.20, 0.25, 1.0), 70)]
+    lengths = [1.35, 0.19, 0.32, 0.38]
+    return [(p, around, along, length) for (p, around, along), length in zip(parts, lengths)]
+
+
+def grid(point, uv, nu, nv, flip=False):
+    """Vertices, texture coordinates and faces of a parametric patch of nu x nv quads."""
+    vertices, coordinates, faces = [], [], []
+    for j in range(nv + 1):
+        for i in range(nu + 1):
+            vertices.append(point(i / nu, j / nv))
+            coordinates.append(uv(i / nu, j / nv))
+    for j in range(nv):
+        for i in range(nu):
+            a = j * (nu + 1) + i
+            quad = (a, a + 1, a + nu + 2, a + nu + 1)
+            faces.append(quad[::-1] if flip else quad)
+    return vertices, coordinates, faces
+
+
+def write_obj(path, patches):
+    with open(path, "w") as f:
+        f.write("# made by make_robe.py; metres\n")
+        base = 1
+        for name, (vertices, coordinates, faces) in patches:
+            f.write(f"o {name}\n")
+            f.writelines("v %.6f %.6f %.6f\n" % v for v in vertices)
+            f.writelines("vt %.6f %.6f\n" % t for t in coordinates)
+            f.writelines("f " + " ".join(f"{base + k}/{base + k}" for k in q) + "\n" for q in faces)
+            base += len(vertices)
+
+
+def write_png(path, pixels):
+    """8-bit pixels of shape (height, width, 3)."""
+    def chunk(kind, data):
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+    height, width = pixels.shape[:2]
+    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
+    with open(path, "wb") as f:
+        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+                + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
+
+
+BLUE, WHITE, RUST = np.array([[0.20, 0.42, 0.55], [0.93, 0.89, 0.80], [0.72, 0.30, 0.13]])
+
+
+def pattern():
+    """Vertical stripes; a border of lozenges from 0.06 to 0.24 m above the hem, and over the last of each sleeve."""
+    width, height = int(SHEET[0] / PIXEL), int(SHEET[1] / PIXEL)
+    x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL, SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
+    body = x < TORSO_WIDTH
+    period = 0.105
+    f = (x % period) / period
+    colour = np.broadcast_to(BLUE, x.shape + (3,)).copy()
+    colour[(f > 0.06) & (f < 0.40)] = WHITE
+    colour[(f > 0.18) & (f < 0.28)] = RUST
+    along = np.where(body, y, (1 - (y % 0.6) / 0.6) * 0.62)       # from the hem, or from the sleeve's end
+    low, high = np.where(body, 0.05, 0.13), np.where(body, 0.21, 0.25)
+    inside = (along > low) & (along < high)
+    t = (along - low) / (high - low)
+    lozenge = np.abs((x % period) / period - 0.5) * 2 + np.abs(t - 0.5) * 2
+    border = np.broadcast_to(WHITE, x.shape + (3,)).copy()
+    border[lozenge < 0.78] = BLUE
+    border[lozenge < 0.45] = RUST
+    border[lozenge < 0.20] = WHITE
+    border[(t < 0.08) | (t > 0.92)] = RUST
+    colour[inside] = border[inside]
+    return colour
+
+
+def ribs():
+    v = 0.80 + 0.20 * np.cos(2 * np.pi * (np.arange(16) + 0.5) / 16)
+    return np.broadcast_to(v[None, :, None], (2, 16, 3))
+
+
+def main():
+    out = sys.argv[1]
+    os.makedirs(out, exist_ok=True)
+    w, h = SHEET
+    robe = [("body", grid(lambda s, t: torso(s, t * 1.05), lambda s, t: (s * TORSO_WIDTH / w, t * 1.05 / h), 240, 150))]
+    trim = [("collar", grid(collar, lambda t, u: (u * 0.09, t * 1.6), 200, 24, flip=True))]
+    for side, base in ((1, 0.0), (-1, 0.6)):
+        robe.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve(side, s, t),
+                                           lambda s, t, base=base: ((TORSO_WIDTH + 0.02 + s * 0.735) / w, (base + t * 0.599) / h),
+                                           72, 72, flip=side > 0)))
+        trim.append((f"cuff{side}", grid(lambda s, t, side=side: cuff(side, s, t), lambda s, t: (t * 0.13, s * 0.74), 72, 24, flip=side > 0)))
+    write_obj(os.path.join(out, "robe.obj"), robe)
+    write_obj(os.path.join(out, "trim.obj"), trim)
+    write_obj(os.path.join(out, "belt.obj"), [(f"belt{k}", grid(p, lambda s, t, length=length: (s * 0.14, t * length), around, along, flip=True))
+                                              for k, (p, around, along, length) in enumerate(belt_parts())])
+    bytes_of = lambda a: np.clip(np.rint(255 * a), 0, 255).astype(np.uint8)
+    write_png(os.path.join(out, "pattern.png"), bytes_of(pattern()))
+    write_png(os.path.join(out, "ribs.png"), bytes_of(ribs()))
+
+
+if __name__ == "__main__":
+    main()
