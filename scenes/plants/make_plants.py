@@ -1,0 +1,85 @@
+#!/usr/bin/python3
+"""Makes the ground and the distribution maps of the scene plants.
+
+    make_plants.py DIR
+
+writes DIR/ground.obj, the uneven ground that the camera sees, and coarse maps of where what grows, 96 x 96 over the square
+from (-1.5, -2.2) to (1.5, 0.8) in x and z: shrubs.png, ferns.png, broad.png, daisies.png, poppies.png,
+lupins.png, grass.png.
+Units are metres, y is up, the camera stands at +z. Everything follows from the numbers below; no random state.
+"""
+import math
+import os
+import struct
+import sys
+import zlib
+
+import numpy as np
+
+LOW, SIZE = (-1.5, -2.2), 3.0
+FRONT, BACK = 0.62, -1.75          # of the ground, z
+EYE_Z, HALF_ANGLE = 1.55, 26.0     # the ground is a wedge that the camera sees, with a margin
+
+
+def height(x, z):
+    return (0.035 * np.sin(2.1 * x + 0.6) * np.cos(1.7 * z) + 0.015 * np.sin(5.3 * x + 1.1) * np.sin(4.7 * z + 0.4)
+            + 0.055 * np.clip(-z - 0.4, 0, 2))
+
+
+def write_ground(path, across=90, along=110):
+    with open(path, "w") as f:
+        f.write("# made by make_plants.py; metres\n")
+        for j in range(along + 1):
+            z = FRONT + (BACK - FRONT) * j / along
+            half = math.tan(math.radians(HALF_ANGLE)) * (EYE_Z - z) + 0.08
+            for i in range(across + 1):
+                x = half * (2 * i / across - 1)
+                f.write("v %.5f %.5f %.5f\nvt %.5f %.5f\n" % (x, height(x, z), z, (x - LOW[0]) / SIZE, (z - LOW[1]) / SIZE))
+        for j in range(along):
+            for i in range(across):
+                a = j * (across + 1) + i + 1
+                f.write("f " + " ".join(f"{k}/{k}" for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
+
+
+def write_png(path, values):
+    """8-bit grey; row 0 of values is the bottom."""
+    def chunk(kind, data):
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+    pixels = np.clip(np.rint(255 * values[::-1]), 0, 255).astype(np.uint8)
+    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
+    with open(path, "wb") as f:
+        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 8, 0, 0, 0, 0))
+                + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
+
+
+# strokes of the brush: x, z, radius
+STROKES = {
+    "shrubs": [(-1.1, -1.45, 0.45), (-0.3, -1.65, 0.4), (0.5, -1.65, 0.45), (1.25, -1.45, 0.45)],
+    "ferns": [(-0.72, -0.30, 0.20), (-0.95, -0.78, 0.34), (-0.45, -1.15, 0.40), (0.45, -1.15, 0.42), (1.02, -0.85, 0.36), (0.0, -1.3, 0.3)],
+    "broad": [(0.40, 0.02, 0.24), (0.70, -0.30, 0.32), (0.10, -0.80, 0.24), (0.72, 0.16, 0.2)],
+    "daisies": [(-0.28, 0.10, 0.30), (-0.05, -0.28, 0.24), (-0.50, 0.30, 0.2), (0.12, 0.36, 0.16)],
+    "poppies": [(0.12, -0.34, 0.24), (0.02, 0.05, 0.16), (-0.40, -0.50, 0.22), (0.42, -0.55, 0.18)],
+    "lupins": [(-0.55, -0.75, 0.24), (0.28, -0.82, 0.24), (-0.15, -0.95, 0.24), (0.72, -0.75, 0.16)],
+}
+
+
+def main():
+    out = sys.argv[1]
+    os.makedirs(out, exist_ok=True)
+    write_ground(os.path.join(out, "ground.obj"))
+    n = 96
+    x, z = np.meshgrid(LOW[0] + SIZE * (np.arange(n) + 0.5) / n, LOW[1] + SIZE * (np.arange(n) + 0.5) / n)
+    covered = np.zeros((n, n))
+    for name, strokes in STROKES.items():
+        value = np.zeros((n, n))
+        for cx, cz, r in strokes:
+            value = np.maximum(value, np.clip(1.6 * (1 - np.hypot(x - cx, z - cz) / r), 0, 1))
+        write_png(os.path.join(out, name + ".png"), value)
+        if name not in ("poppies", "lupins"):
+            covered = np.maximum(covered, value)
+    write_png(os.path.join(out, "grass.png"), 1 - 0.7 * covered)
+
+
+if __name__ == "__main__":
+    main()
