@@ -21,6 +21,8 @@ Integrator::Integrator(const VoxelTree& tree, std::vector<Material> part_materia
         l.position = tree.toCorner(l.position);
         l.direction = tree.directionToCorner(l.direction);
     }
+    m_fibre = params.extinction == Extinction::fibre && tree.hasDirectedFibres();
+    if (params.filter == Filter::trilinear) m_dual = std::make_shared<DualTree>(tree);
     m_extinction = params.tau * tree.voxelSize();
     m_stop = params.cutoff > 0 && m_extinction > 0 ? -std::log(params.cutoff) / m_extinction : std::numeric_limits<double>::infinity();
 }
@@ -37,9 +39,15 @@ double Integrator::depthToLight(const Light& light, const Vec3d& p, RayCounts& c
         L /= distance;
     }
     ++counts.shadow_rays;
+    const Vec3d d_world = m_tree.directionToWorld(L);
+    const bool sums = m_params.integration == Integration::riemann;
+    if (m_dual) {
+        const MarchRay r(*m_dual, p - Vec3d(0.5), L, distance);
+        return sums ? sumDepth(*m_dual, r, d_world) : trilinearDepth(r, d_world);
+    }
     const MarchRay r(m_tree, p, L, distance);
-    if (m_params.extinction == Extinction::fibre && m_tree.hasDirectedFibres())
-        return m_extinction * lineIntegral<true>(m_tree, r, m_tree.directionToWorld(L), m_stop);
+    if (sums) return sumDepth(m_tree, r, d_world);
+    if (m_fibre) return m_extinction * lineIntegral<true>(m_tree, r, d_world, m_stop);
     return m_extinction * lineIntegral<false>(m_tree, r, L, m_stop);
 }
 
@@ -47,9 +55,17 @@ RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch
 {
     ++scratch.counts.rays;
     if (!(std::abs(direction.length() - 1) < 1e-3)) return {};
-    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), std::numeric_limits<double>::infinity());
-    if (m_params.extinction == Extinction::fibre && m_tree.hasDirectedFibres()) return traceExact<true>(r, direction, scratch);
-    return traceExact<false>(r, direction, scratch);
+    const double endless = std::numeric_limits<double>::infinity();
+    const Vec3d o = m_tree.toCorner(origin), d = m_tree.directionToCorner(direction);
+    scratch.lights.assign(m_lights.size(), {});
+    if (m_params.aovs) scratch.light_radiance.assign(m_lights.size(), Vec3d(0.0));
+    if (m_dual) {
+        const MarchRay r(*m_dual, o - Vec3d(0.5), d, endless);
+        return m_params.integration == Integration::riemann ? traceSums(*m_dual, r, 0.5, direction, scratch) : traceTrilinear(r, direction, scratch);
+    }
+    const MarchRay r(m_tree, o, d, endless);
+    if (m_params.integration == Integration::riemann) return traceSums(m_tree, r, 0, direction, scratch);
+    return m_fibre ? traceExact<true>(r, direction, scratch) : traceExact<false>(r, direction, scratch);
 }
 
 void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double fine_weight, std::vector<char>& seen) const
@@ -75,7 +91,6 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
 {
     RaySample sample;
     const Vec3d V = -direction;
-    scratch.lights.assign(m_lights.size(), {});
     forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
         const float* density = m_tree.densities(span.leaf);
         const bool fibres = kFibre && m_tree.leaf(span.leaf).directed_fibres;
@@ -98,15 +113,17 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
             ++scratch.counts.shaded_voxels;
             const int cell[3] = {span.cell[0] + (voxels[i] >> 6), span.cell[1] + (voxels[i] >> 3 & 7), span.cell[2] + (voxels[i] & 7)};
             const auto at = [&](double s) { return Vec3d(r.o[0] + r.d[0] * s, r.o[1] + r.d[1] * s, r.o[2] + r.d[2] * s); };
-            Vec3d source(0.0); // times -expm1(-delta)
-            shade(span.leaf, voxels[i], cell, at(0.5 * (t + end)), V, scratch, source);
+            Vec3d source;
+            startShading(scratch, source);
+            shade(span.leaf, voxels[i], cell, 1, at(0.5 * (t + end)), V, scratch, source);
             const double opacity = -std::expm1(-delta);
+            if (m_params.aovs) addAovs(sample, sample.transmittance * opacity, 0.5 * (t + end), scratch);
             source *= opacity;
             for (std::size_t l = 0; l < m_lights.size(); ++l) {
                 LightState& light = scratch.lights[l];
                 if (!light.lit) continue;
                 if (m_params.shadows == Shadows::none) {
-                    source += opacity * light.S;
+                    addLight(sample, l, opacity * light.S, scratch);
                     continue;
                 }
                 double a, b;
@@ -116,7 +133,7 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
                 }
                 light.depth = b;
                 light.t = end;
-                source += delta * segmentLight(a, delta + b - a) * light.S;
+                addLight(sample, l, delta * segmentLight(a, delta + b - a) * light.S, scratch);
             }
             sample.radiance += sample.transmittance * source;
             sample.transmittance *= std::exp(-delta);
@@ -127,23 +144,46 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
     return sample;
 }
 
-// Sets S of each light (its strength, falloff and the voxel's reflection, without what lies between) and adds the ambient light.
-void Integrator::shade(int leaf, int voxel, const int* cell, const Vec3d& p, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const
+void Integrator::addAovs(RaySample& sample, double weight, double t, Scratch& scratch) const
 {
+    sample.albedo += weight * scratch.albedo;
+    sample.normal += weight * scratch.normal;
+    sample.depth += weight * t * m_tree.voxelSize();
+}
+
+void Integrator::addLight(RaySample& sample, std::size_t light, const Vec3d& source, Scratch& scratch) const
+{
+    const Vec3d radiance = sample.transmittance * source;
+    sample.radiance += radiance;
+    if (m_params.aovs) scratch.light_radiance[light] += radiance;
+}
+
+void Integrator::startShading(Scratch& scratch, Vec3d& ambient) const
+{
+    ambient = scratch.albedo = scratch.normal = Vec3d(0.0);
     for (LightState& light : scratch.lights) {
         light.S = Vec3d(0.0);
         light.lit = false;
     }
+}
+
+// Adds `share` times what the voxel reflects to S of each light, and to the ambient light.
+void Integrator::shade(int leaf, int voxel, const int* cell, double voxel_share, const Vec3d& p, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const
+{
     double total = 0;
-    const bool fibres = m_params.extinction == Extinction::fibre;
+    const bool fibres = m_fibre;
     m_tree.contents(leaf, voxel, [&](const VoxelContent& content) { total += content.density * (fibres ? m_tree.fibreFactor(content, V) : 1); });
     if (!(total > 0)) return;
     m_tree.contents(leaf, voxel, [&](const VoxelContent& content) {
         const Material& material = m_materials[content.part];
         const Lobe& lobe = m_lobes[content.part * 64 + content.spread_code];
-        const double share = content.density * (fibres ? m_tree.fibreFactor(content, V) : 1) / total;
+        const double share = voxel_share * content.density * (fibres ? m_tree.fibreFactor(content, V) : 1) / total;
         Vec3d normal(0.0);
         if (!content.directed && m_params.undirected == Undirected::gradient) normal = gradientNormal(cell);
+        if (m_params.aovs) {
+            scratch.albedo += share * material.alpha * content.colour;
+            scratch.normal += (content.direction.dot(V) < 0 ? -share : share) * (content.directed ? content.direction : normal);
+        }
         ambient += share * material.alpha * content.colour * m_params.ambient;
         for (std::size_t l = 0; l < m_lights.size(); ++l) {
             // Distances are in voxels here; the weight of a point light needs them in world units.

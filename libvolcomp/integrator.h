@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "dual_tree.h"
 #include "light.h"
 #include "march.h"
 #include "material.h"
@@ -18,6 +20,9 @@ namespace volcomp {
 struct RaySample {
     Vec3d radiance{0.0};       ///< of the volume alone, the background not added
     double transmittance = 1;  ///< to the ray's end
+    // With RenderParams::aovs, weighted by what each voxel shows of itself:
+    Vec3d albedo{0.0}, normal{0.0};   ///< alpha c_b; direction, turned to the eye
+    double depth = 0;                 ///< distance from the ray's origin, world units
 };
 
 struct RayCounts {
@@ -31,13 +36,15 @@ public:
     Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights, const RenderParams& params);
 
     struct LightState { // of one light along a ray
-        Vec3d S{0.0};
+        Vec3d S{0.0};               ///< its strength, falloff and the voxel's reflection, without what lies between
         double depth = 0, t = -1;   ///< optical depth from the ray's point at t to the light
         bool lit = false;
     };
     struct Scratch {
         std::vector<LightState> lights;
         RayCounts counts;
+        Vec3d albedo{0.0}, normal{0.0};        ///< of the voxel at hand
+        std::vector<Vec3d> light_radiance;     ///< of each light, summed over the ray; with aovs
     };
 
     /// Both in world units; the direction is unit length. Zero or non-finite directions see nothing.
@@ -59,11 +66,24 @@ public:
 private:
     template <bool kFibre>
     RaySample traceExact(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
-    void shade(int leaf, int voxel, const int* cell, const Vec3d& p_corner, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const;
+    RaySample traceTrilinear(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
+    template <class Tree>
+    RaySample traceSums(const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const;
+    template <class Tree>
+    double sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d_world) const;
+    double trilinearDepth(const MarchRay& r, const Vec3d& d_world) const;
+    void addSegment(RaySample& sample, const Vec3d& ambient, double delta, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const;
+    void addAovs(RaySample& sample, double weight, double t, Scratch& scratch) const;
+    void addLight(RaySample& sample, std::size_t light, const Vec3d& source, Scratch& scratch) const;
+    void startShading(Scratch& scratch, Vec3d& ambient) const;
+    void shade(int leaf, int voxel, const int* cell, double share, const Vec3d& p_corner, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const;
+    double effectiveDensity(int x, int y, int z, const Vec3d& d_world) const;
     Vec3d gradientNormal(const int* cell) const;
 
     const VoxelTree& m_tree;
+    std::shared_ptr<const DualTree> m_dual;   ///< for the trilinear filter
     const ShadowSweep* m_sweep = nullptr;
+    bool m_fibre;                             ///< fibre extinction matters
     std::vector<Material> m_materials;
     const std::vector<Light>& m_lights;
     std::vector<Light> m_corner_lights;   ///< position in corner coordinates, direction in grid axes

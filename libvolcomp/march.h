@@ -1,4 +1,4 @@
-// Rays through a VoxelTree: each voxel with particles once, in order, with the exact length inside.
+// Rays through a VoxelTree (or DualTree): each voxel with particles once, in order, with the exact length inside.
 //
 // Nested DDA over blocks, leaves and voxels (after Amanatides and Woo, A Fast Voxel Traversal Algorithm, 1987). The lower levels start
 // again from the ray's equation at every node, so errors do not add up; inside a leaf the walk has no branches. Positions are
@@ -21,7 +21,8 @@ namespace volcomp {
 class MarchRay {
 public:
     /// From `origin` along `direction` (unit length), corner coordinates, for t in [0, length]; `length` may be infinite.
-    MarchRay(const VoxelTree& tree, const Vec3d& origin, const Vec3d& direction, double length)
+    template <class Tree>
+    MarchRay(const Tree& tree, const Vec3d& origin, const Vec3d& direction, double length)
     {
         const openvdb::CoordBBox& box = tree.bounds();
         t0 = 0;
@@ -103,8 +104,8 @@ struct LeafSpan {
 };
 
 /// Calls f(const LeafSpan&) -> bool for the leaves along the ray in order, until it returns false.
-template <class F>
-void forEachLeaf(const VoxelTree& tree, const MarchRay& r, F&& f)
+template <class Tree, class F>
+void forEachLeaf(const Tree& tree, const MarchRay& r, F&& f)
 {
     if (!r.hits) return;
     CellWalk<kBlockDim> a(r);

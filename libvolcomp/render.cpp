@@ -88,8 +88,15 @@ Image render(const Volume& volume, const std::vector<Material>& materials, const
     image.width = crop.width;
     image.height = crop.height;
     image.channels = {"R", "G", "B", "A"};
-    image.pixels.resize(std::size_t(4) * crop.width * crop.height);
+    if (params.aovs) {
+        for (const char* name : {"Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}) image.channels.push_back(name);
+        for (std::size_t l = 0; l < lights.size(); ++l)
+            for (const char* c : {".R", ".G", ".B"}) image.channels.push_back((lights[l].name.empty() ? "light" + std::to_string(l + 1) : lights[l].name) + c);
+    }
+    const std::size_t channels = image.channels.size();
+    image.pixels.resize(channels * crop.width * crop.height);
     const int columns = (crop.width + kTile - 1) / kTile, tiles = columns * ((crop.height + kTile - 1) / kTile);
+    const bool has_background = params.background.lengthSqr() > 0;
     std::mutex mutex;
     RayCounts counts;
     int done = 0;
@@ -98,19 +105,24 @@ Image render(const Volume& volume, const std::vector<Material>& materials, const
         const int x0 = tile % columns * kTile, y0 = tile / columns * kTile;
         for (int y = y0; y < std::min(y0 + kTile, crop.height); ++y)
             for (int x = x0; x < std::min(x0 + kTile, crop.width); ++x) {
-                Vec3d radiance(0.0);
-                double alpha = 0;
+                std::vector<double> sum(channels); // as the channels, background included
+                const auto add = [&](std::size_t channel, const Vec3d& v) {
+                    for (int c = 0; c < 3; ++c) sum[channel + c] += v[c];
+                };
                 for (int s = 0; s < params.samples; ++s) {
                     const Vec3d at = samplePosition(crop.x + x, crop.y + y, s, params.samples, params.width);
                     const CameraRay ray = rays.ray(at[0], at[1]);
                     const RaySample sample = integrator.trace(ray.origin, ray.direction, scratch);
-                    radiance += sample.radiance + sample.transmittance * params.background;
-                    alpha += 1 - sample.transmittance;
+                    add(0, sample.radiance + sample.transmittance * params.background);
+                    sum[3] += has_background ? 1 : 1 - sample.transmittance;
+                    if (!params.aovs) continue;
+                    sum[4] += sample.depth;
+                    add(5, sample.normal);
+                    add(8, sample.albedo);
+                    for (std::size_t l = 0; l < lights.size(); ++l) add(11 + 3 * l, scratch.light_radiance[l]);
                 }
                 float* p = image.pixel(x, y);
-                for (int c = 0; c < 3; ++c) p[c] = float(radiance[c] / params.samples);
-                const bool has_background = params.background.lengthSqr() > 0;
-                p[3] = has_background ? 1.0f : float(alpha / params.samples);
+                for (std::size_t c = 0; c < channels; ++c) p[c] = float(sum[c] / params.samples);
             }
         const std::lock_guard<std::mutex> lock(mutex);
         counts.rays += scratch.counts.rays;

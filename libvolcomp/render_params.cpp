@@ -39,6 +39,7 @@ RenderParams readRender(TableReader& r)
     p.cutoff = r.number({"cutoff", "", "rays end where a smaller fraction of light passes; bounds the error relative to the brightest voxel"}, p.cutoff, {0, 0.99});
     p.undirected = r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"}, p.undirected,
                                         {{"isotropic", Undirected::isotropic}, {"gradient", Undirected::gradient}});
+    p.aovs = r.flag({"aovs", "", "write depth (Z), normal (N), albedo and each light's share to the EXR; weighted by what shows, as R, G, B are by alpha"}, p.aovs);
     p.background = r.colour({"background", "", "radiance behind everything"}, p.background);
     p.ambient = r.colour({"ambient", "", "radiance from all around"}, p.ambient);
     r.finish();

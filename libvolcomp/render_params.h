@@ -31,6 +31,7 @@ struct RenderParams {
     double cutoff = 0.001;                      ///< rays end where less light than this fraction passes; 0: never. No radiance is off by
                                                 ///< more than cutoff times the brightest that a voxel shows
     Undirected undirected = Undirected::isotropic;
+    bool aovs = false;                          ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
     Vec3d background{0};                        ///< radiance behind everything, linear RGB
     Vec3d ambient{0};                           ///< radiance from all around, linear RGB
 

@@ -1,5 +1,7 @@
 // volcomp-render: a volume file and a scene's camera and lights to a picture.
 #include <cstdio>
+#include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -25,6 +27,25 @@ int main(int argc, char** argv)
     tool.app.add_option("--size", size, "Size of the picture, pixels (default: the scene's)")->type_name("WxH");
     tool.app.add_option("--samples", samples, "Samples per pixel (default: the scene's)")->check(CLI::Range(1, 65536));
     tool.app.add_option("--crop", crop, "Render only this rectangle, pixels from the top left corner")->type_name("X,Y,W,H");
+    std::optional<Shadows> shadows;
+    std::optional<Integration> integration;
+    std::optional<Filter> filter;
+    std::optional<Extinction> extinction;
+    std::optional<double> step, cutoff;
+    const auto choice = [&](const char* name, auto& value, const char* meaning, auto words) {
+        using E = typename std::decay_t<decltype(value)>::value_type;
+        tool.app.add_option_function<E>(name, [&value](const E& e) { value = e; }, meaning)->transform(CLI::CheckedTransformer(words, CLI::ignore_case));
+    };
+    choice("--shadows", shadows, "Light on its way to a voxel (default: the scene's)",
+           std::map<std::string, Shadows>{{"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}});
+    choice("--integration", integration, "Closed form, or the paper's sums (default: the scene's)",
+           std::map<std::string, Integration>{{"exact", Integration::exact}, {"riemann", Integration::riemann}});
+    choice("--filter", filter, "Density between voxel centres (default: the scene's)",
+           std::map<std::string, Filter>{{"box", Filter::box}, {"trilinear", Filter::trilinear}});
+    choice("--extinction", extinction, "Whether fibres cover less seen end on (default: the scene's)",
+           std::map<std::string, Extinction>{{"isotropic", Extinction::isotropic}, {"fibre", Extinction::fibre}});
+    tool.app.add_option("--step", step, "Step of the sums, voxels (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
+    tool.app.add_option("--cutoff", cutoff, "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's (default: the scene's)")->check(CLI::Range(0.0, 0.99));
     return tool.main(argc, argv, [&] {
         Scene scene = readScene(scene_file);
         RenderParams& params = scene.render;
@@ -32,6 +53,12 @@ int main(int argc, char** argv)
         if (!size.empty() && (std::sscanf(size.c_str(), "%dx%d%c", &params.width, &params.height, &rest) != 2 || params.width < 1 || params.height < 1))
             throw Error("--size: expected WIDTHxHEIGHT in pixels, such as 640x480, found '" + size + "'");
         if (samples > 0) params.samples = samples;
+        params.shadows = shadows.value_or(params.shadows);
+        params.integration = integration.value_or(params.integration);
+        params.filter = filter.value_or(params.filter);
+        params.extinction = extinction.value_or(params.extinction);
+        params.step = step.value_or(params.step);
+        params.cutoff = cutoff.value_or(params.cutoff);
         if (!crop.empty()) {
             Crop& c = params.crop;
             if (std::sscanf(crop.c_str(), "%d,%d,%d,%d%c", &c.x, &c.y, &c.width, &c.height, &rest) != 4)

@@ -1,0 +1,196 @@
+// The trilinear filter in closed form, and the paper's sums (3), (4) with either filter.
+#include <algorithm>
+#include <cmath>
+
+#include "integrator.h"
+
+namespace volcomp {
+namespace {
+
+Vec3d along(const MarchRay& r, double t) { return {r.o[0] + r.d[0] * t, r.o[1] + r.d[1] * t, r.o[2] + r.d[2] * t}; }
+
+// The voxel at a cell's corner.
+void cornerVoxel(const int* cell, int corner, int* voxel)
+{
+    voxel[0] = cell[0] + (corner >> 2);
+    voxel[1] = cell[1] + (corner >> 1 & 1);
+    voxel[2] = cell[2] + (corner & 1);
+}
+
+} // namespace
+
+double Integrator::effectiveDensity(int x, int y, int z, const Vec3d& d) const
+{
+    const int leaf = m_tree.leafAt(x, y, z);
+    if (leaf == VoxelTree::kEmpty) return 0;
+    const int voxel = VoxelTree::offset(x, y, z);
+    const double rho = m_tree.densities(leaf)[voxel];
+    return m_fibre && rho > 0 ? rho * m_tree.fibreFactor(leaf, voxel, d) : rho;
+}
+
+double Integrator::trilinearDepth(const MarchRay& r, const Vec3d& d) const
+{
+    double sum = 0;
+    forEachLeaf(*m_dual, r, [&](const LeafSpan& span) {
+        forEachVoxel(r, *span.start, [&](int offset, double t, double end) {
+            end = std::min(end, r.t1);
+            float rho[8];
+            if (!(end > t) || !m_dual->corners(span.leaf, offset, rho)) return;
+            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
+            double weights[8];
+            cornerWeights(r.o, r.d, cell, t, end, weights);
+            for (int k = 0; k < 8; ++k) {
+                if (!(rho[k] > 0)) continue;
+                int v[3];
+                cornerVoxel(cell, k, v);
+                sum += weights[k] * (m_fibre ? effectiveDensity(v[0], v[1], v[2], d) : rho[k]);
+            }
+        });
+        return sum < m_stop;
+    });
+    return m_extinction * sum;
+}
+
+// As traceExact(), cell by cell between voxel centres. Each centre's particles are shaded with that centre's direction and colour; a cell's source
+// is their mean, weighted by the optical depth that each adds (exact, being cubic along the ray).
+RaySample Integrator::traceTrilinear(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
+{
+    RaySample sample;
+    const Vec3d half(0.5);
+    forEachLeaf(*m_dual, r, [&](const LeafSpan& span) {
+        bool go_on = true;
+        forEachVoxel(r, *span.start, [&](int offset, double t, double end) {
+            end = std::min(end, r.t1);
+            float rho[8];
+            if (!go_on || !(end > t) || !m_dual->corners(span.leaf, offset, rho)) return;
+            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
+            double depths[8], delta = 0;
+            cornerWeights(r.o, r.d, cell, t, end, depths);
+            for (int k = 0; k < 8; ++k) {
+                int v[3];
+                cornerVoxel(cell, k, v);
+                depths[k] *= m_extinction * (rho[k] > 0 && m_fibre ? effectiveDensity(v[0], v[1], v[2], direction) : rho[k]);
+                delta += depths[k];
+            }
+            if (!(delta > 0)) return;
+            Vec3d ambient;
+            startShading(scratch, ambient);
+            const Vec3d middle = along(r, 0.5 * (t + end)) + half;
+            for (int k = 0; k < 8; ++k) {
+                if (!(depths[k] > 0)) continue;
+                int v[3];
+                cornerVoxel(cell, k, v);
+                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, depths[k] / delta, middle, -direction, scratch, ambient);
+            }
+            addSegment(sample, ambient, delta, along(r, t) + half, along(r, end) + half, t, end, scratch);
+            go_on = sample.transmittance >= m_params.cutoff;
+        });
+        return go_on;
+    });
+    return sample;
+}
+
+// A segment with the shading in scratch.lights, its light linear in optical depth from p (at t) to q (at end).
+void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delta, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const
+{
+    ++scratch.counts.shaded_voxels;
+    const double opacity = -std::expm1(-delta);
+    if (m_params.aovs) addAovs(sample, sample.transmittance * opacity, 0.5 * (t + end), scratch);
+    for (std::size_t l = 0; l < m_lights.size(); ++l) {
+        LightState& light = scratch.lights[l];
+        if (!light.lit) continue;
+        if (m_params.shadows == Shadows::none) {
+            addLight(sample, l, opacity * light.S, scratch);
+            continue;
+        }
+        const double a = light.t == t ? light.depth : depthToLight(m_lights[l], p, scratch.counts), b = depthToLight(m_lights[l], q, scratch.counts);
+        light.depth = b;
+        light.t = end;
+        addLight(sample, l, delta * segmentLight(a, delta + b - a) * light.S, scratch);
+    }
+    sample.radiance += sample.transmittance * opacity * ambient;
+    sample.transmittance *= std::exp(-delta);
+}
+
+namespace {
+
+// f(weight, voxel) for what the filter sees at a point, in the tree's coordinates.
+template <class F>
+void filterAt(const VoxelTree&, const Vec3d& p, F&& f)
+{
+    const int v[3] = {int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2]))};
+    f(1.0, v);
+}
+template <class F>
+void filterAt(const DualTree&, const Vec3d& p, F&& f)
+{
+    const int cell[3] = {int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2]))};
+    const double x = p[0] - cell[0], y = p[1] - cell[1], z = p[2] - cell[2];
+    for (int k = 0; k < 8; ++k) {
+        int v[3];
+        cornerVoxel(cell, k, v);
+        f((k >> 2 ? x : 1 - x) * (k >> 1 & 1 ? y : 1 - y) * (k & 1 ? z : 1 - z), v);
+    }
+}
+
+// f(t) at the middles of steps inside the leaves of the ray, until it returns false.
+template <class Tree, class F>
+void forEachStep(const Tree& tree, const MarchRay& r, double step, F&& f)
+{
+    forEachLeaf(tree, r, [&](const LeafSpan& span) {
+        for (double k = std::ceil(span.t / step - 0.5);; ++k) {
+            const double t = (k + 0.5) * step;
+            if (t >= span.t_end) return true;
+            if (!f(t)) return false;
+        }
+    });
+}
+
+} // namespace
+
+// Sum (3).
+template <class Tree>
+double Integrator::sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d) const
+{
+    double sum = 0;
+    forEachStep(tree, r, m_params.step, [&](double t) {
+        filterAt(tree, along(r, t), [&](double weight, const int* v) { sum += weight * m_params.step * effectiveDensity(v[0], v[1], v[2], d); });
+        return sum < m_stop;
+    });
+    return m_extinction * sum;
+}
+
+// Sum (4), the current sample's own attenuation included, as printed. `shift` leads from the tree's coordinates to corner coordinates.
+template <class Tree>
+RaySample Integrator::traceSums(const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const
+{
+    RaySample sample;
+    forEachStep(tree, r, m_params.step, [&](double t) {
+        const Vec3d at = along(r, t), p = at + Vec3d(shift);
+        double delta = 0;
+        filterAt(tree, at, [&](double weight, const int* v) { delta += weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction); });
+        if (!(delta > 0)) return true;
+        ++scratch.counts.shaded_voxels;
+        Vec3d source;
+        startShading(scratch, source);
+        filterAt(tree, at, [&](double weight, const int* v) {
+            const double share = weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction) / delta;
+            if (share > 0) shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, share, p, -direction, scratch, source);
+        });
+        sample.transmittance *= std::exp(-delta);
+        if (m_params.aovs) addAovs(sample, sample.transmittance * delta, t, scratch);
+        for (std::size_t l = 0; l < m_lights.size(); ++l)
+            if (scratch.lights[l].lit)
+                addLight(sample, l, scratch.lights[l].S * (delta * (m_params.shadows == Shadows::none ? 1 : std::exp(-depthToLight(m_lights[l], p, scratch.counts)))), scratch);
+        sample.radiance += sample.transmittance * delta * source;
+        return sample.transmittance >= m_params.cutoff;
+    });
+    return sample;
+}
+
+template RaySample Integrator::traceSums(const VoxelTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
+template RaySample Integrator::traceSums(const DualTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
+template double Integrator::sumDepth(const VoxelTree&, const MarchRay&, const Vec3d&) const;
+template double Integrator::sumDepth(const DualTree&, const MarchRay&, const Vec3d&) const;
+
+} // namespace volcomp
