@@ -149,7 +149,7 @@ inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
     int p = (start.cell[0] & 7) << 16 | (start.cell[1] & 7) << 8 | (start.cell[2] & 7);
     do {
         const double end = std::min(next[0], std::min(next[1], next[2]));
-        f(p >> 10 | (p >> 5 & 0x38) | (p & 7), t, end);
+        f((p >> 10 & 0x1C0) | (p >> 5 & 0x38) | (p & 7), t, end);
         t = end;
         const int crossed = int(next[0] <= end) | int(next[1] <= end) << 1 | int(next[2] <= end) << 2;
         for (int a = 0; a < 3; ++a) next[a] += next[a] <= end ? start.delta[a] : 0;
