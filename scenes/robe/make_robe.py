@@ -138,8 +138,8 @@ def collar(t, w):
     return (p[0], p[1] + 0.030 * around * (1 - w), p[2])
 
 
-def tube(path, width, thick, normal, steps, around=28, power=3.0):
-    """A padded band along path(t): a rounded cross-section, `width` across and `thick` along normal(t). Closed at its ends."""
+def band(path, width, thick, normal, tapered, power=3.0):
+    """Point of a padded band along path(t): a rounded cross-section, `width` across and `thick` along normal(t); its ends drawn together if tapered."""
     def point(s, t):
         e = 1e-3
         tangent = unit(sub(path(min(t + e, 1.0)), path(max(t - e, 0.0))))
@@ -149,13 +149,13 @@ def tube(path, width, thick, normal, steps, around=28, power=3.0):
         angle = 2 * math.pi * s
         c, d = math.cos(angle), math.sin(angle)
         r = (abs(c) ** power + abs(d) ** power) ** (-1 / power)
-        cap = math.sqrt(max(0.0, 1 - max(0.0, abs(2 * t - 1) - 0.97) ** 2 / 0.03 ** 2)) if steps > 0 else 1
+        cap = math.sqrt(max(0.01, 1 - max(0.0, abs(2 * t - 1) - 0.97) ** 2 / 0.03 ** 2)) if tapered else 1  # not to a point: faces keep an area
         return add(path(t), add(mul(b, width / 2 * r * c * cap), mul(n, thick / 2 * r * d * cap)))
-    return point, around, abs(steps)
+    return point
 
 
 def belt_parts():
-    """The band around the waist, the knot and the two hanging ends: (point, uv scale, quads around, quads along)."""
+    """The band around the waist, the knot and the two hanging ends: (point, length in metres, quads along)."""
     def waist(t):
         angle = 2 * math.pi * t
         _, a, b, n, _ = profile(BELT)
@@ -182,11 +182,9 @@ def belt_parts():
                 (knot_x + 1.1 * dx, BELT - length, knot_z + 0.072 + z)]
         return lambda t: spline(rows, t * 4)
 
-    parts = [tube(waist, 0.056, 0.024, outward, -220), tube(knot, 0.058, 0.024, knot_out, -48),
-             tube(end(-0.075, 0.30, 0.0, 0.008), 0.050, 0.018, lambda t: (-0.15, 0.25, 1.0), 70),
-             tube(end(0.060, 0.36, 0.003, -0.010), 0.050, 0.018, lambda t: (0.20, 0.25, 1.0), 70)]
-    lengths = [1.35, 0.19, 0.32, 0.38]
-    return [(p, around, along, length) for (p, around, along), length in zip(parts, lengths)]
+    return [(band(waist, 0.056, 0.024, outward, False), 1.35, 220), (band(knot, 0.058, 0.024, knot_out, False), 0.19, 48),
+            (band(end(-0.075, 0.30, 0.0, 0.008), 0.050, 0.018, lambda t: (-0.15, 0.25, 1.0), True), 0.32, 70),
+            (band(end(0.060, 0.36, 0.003, -0.010), 0.050, 0.018, lambda t: (0.20, 0.25, 1.0), True), 0.38, 70)]
 
 
 def grid(point, uv, nu, nv, flip=False):
@@ -232,7 +230,7 @@ BLUE, WHITE, RUST = np.array([[0.20, 0.42, 0.55], [0.93, 0.89, 0.80], [0.72, 0.3
 
 
 def pattern():
-    """Vertical stripes; a border of lozenges from 0.06 to 0.24 m above the hem, and over the last of each sleeve."""
+    """Vertical stripes; a border of lozenges from 0.05 to 0.21 m above the hem, and over the last of each sleeve."""
     width, height = int(SHEET[0] / PIXEL), int(SHEET[1] / PIXEL)
     x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL, SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
     body = x < TORSO_WIDTH
@@ -273,8 +271,8 @@ def main():
         trim.append((f"cuff{side}", grid(lambda s, t, side=side: cuff(side, s, t), lambda s, t: (t * 0.13, s * 0.74), 72, 24, flip=side > 0)))
     write_obj(os.path.join(out, "robe.obj"), robe)
     write_obj(os.path.join(out, "trim.obj"), trim)
-    write_obj(os.path.join(out, "belt.obj"), [(f"belt{k}", grid(p, lambda s, t, length=length: (s * 0.14, t * length), around, along, flip=True))
-                                              for k, (p, around, along, length) in enumerate(belt_parts())])
+    write_obj(os.path.join(out, "belt.obj"), [(f"belt{k}", grid(p, lambda s, t, length=length: (s * 0.14, t * length), 28, along, flip=True))
+                                              for k, (p, length, along) in enumerate(belt_parts())])
     bytes_of = lambda a: np.clip(np.rint(255 * a), 0, 255).astype(np.uint8)
     write_png(os.path.join(out, "pattern.png"), bytes_of(pattern()))
     write_png(os.path.join(out, "ribs.png"), bytes_of(ribs()))
