@@ -151,6 +151,36 @@ public:
         return gather(leaves);
     }
 
+    /// Composes some tiles, spread evenly over all of them, and counts.
+    void estimate(std::size_t most_tiles, ComposeEstimate& e)
+    {
+        findColours();
+        const std::vector<Entry> entries = bin();
+        std::vector<std::size_t> first;
+        for (std::size_t i = 0; i < entries.size(); ++i)
+            if (i == 0 || entries[i].tile != entries[i - 1].tile) first.push_back(i);
+        const std::size_t tiles = first.size(), sample = std::min(tiles, most_tiles);
+        if (tiles == 0) return;
+        first.push_back(entries.size());
+        std::size_t voxels = 0, leaves = 0;
+        TileAccumulator tile;
+        for (std::size_t k = 0; k < sample; ++k) {
+            const std::size_t t = (2 * k + 1) * tiles / (2 * sample);
+            const openvdb::Coord origin = tileOrigin(entries[first[t]].tile);
+            for (std::size_t i = first[t]; i < first[t + 1]; ++i) add(entries[i].source, origin, tile);
+            for (const TileAccumulator::Leaves& l : tile.finish(origin, static_cast<float>(m_params.minimum_density), false, false)) {
+                voxels += l.density->onVoxelCount();
+                ++leaves;
+                delete l.density;
+            }
+        }
+        const double factor = double(tiles) / double(sample);
+        constexpr double kLeafOverhead = 128; // node, mask and the allocator's part
+        e.voxels += double(voxels) * factor;
+        e.bytes += double(leaves) * factor * (512 * 4 + kLeafOverhead + (m_direction ? 512 * 12 + kLeafOverhead : 0) + (m_colour ? 512 * 12 + kLeafOverhead : 0));
+        e.bytes += double(entries.size()) * 2 * sizeof(Entry);
+    }
+
 private:
     const SourcePart* partOf(const Placement& p) const
     {
@@ -273,12 +303,13 @@ private:
         const Vec3d origin = q.origin - Vec3d(tile_origin[0], tile_origin[1], tile_origin[2]);
         const float o[3] = {float(origin[0]), float(origin[1]), float(origin[2])};
         const VoxelTint* tint = tintOf(p);
+        Surface::Walk walk;
         for (const SourceBlock& block : part.blocks) {
             const Vec3d centre = origin + mapped(q.axes, block.centre), half = spanOf(q.axes, block.half) + Vec3d(0.5 * q.width + 1e-3);
             bool outside = false;
             for (int i = 0; i < 3; ++i) outside = outside || centre[i] + half[i] < 0 || centre[i] - half[i] > kTile;
             if (outside) continue;
-            const BlockUv uv = tint ? uvAround(*tint, worldOf(p, q, block.centre)) : BlockUv{};
+            const BlockUv uv = tint ? uvAround(*tint, worldOf(p, q, block.centre), half.length() * m_params.voxel, walk) : BlockUv{};
             for (std::uint32_t k = block.begin; k < block.end; ++k) {
                 const SourceVoxel& v = part.voxels[k];
                 VoxelSum sum;
@@ -290,7 +321,7 @@ private:
                 for (int i = 0; i < 6; ++i) sum.tensor[i] = tensor[i] * q.density + (i < 3 ? iso : 0);
                 for (int i = 0; i < 3; ++i) sum.colour[i] = v.colour[i] * p.tint[i] * q.density;
                 if (tint) {
-                    const Vec3f c = tintAt(*tint, uv, worldOf(p, q, {v.x, v.y, v.z}));
+                    const Vec3f c = tintAt(*tint, uv, worldOf(p, q, {v.x, v.y, v.z}), walk);
                     for (int i = 0; i < 3; ++i) sum.colour[i] *= c[i];
                 }
                 if (q.divisions == 1) addVoxel(q, o, v.x, v.y, v.z, sum, tile);
@@ -317,28 +348,33 @@ private:
         tile.add(low, q.width, sum);
     }
 
-    /// (u,v) around a block: by the projection at each voxel; by texture coordinates linear around the surface's point nearest to the block's middle.
+    /// Where a block's voxels find their (u,v): linear around the surface's point nearest to the block's middle, or, where a seam or a border of the texture
+    /// coordinates is near, at each voxel's own nearest point.
     struct BlockUv {
         Vec2d uv{0.0, 0.0};
-        Vec3d centre, du, dv;
+        Vec3d centre{0.0}, du{0.0}, dv{0.0};
+        bool each = false;
     };
 
-    BlockUv uvAround(const VoxelTint& tint, const Vec3d& centre) const
+    BlockUv uvAround(const VoxelTint& tint, const Vec3d& centre, double radius, Surface::Walk& walk) const
     {
         BlockUv b;
-        b.centre = centre;
         if (!tint.colour->usesUv() || tint.surface->projection().kind != ProjectionKind::uv) return b;
-        const SurfacePoint s = tint.surface->nearest(centre);
+        const SurfacePoint s = tint.surface->nearest(centre, walk);
         const Surface::UvGradient g = tint.surface->uvGradient(s.triangle);
+        b.centre = centre;
         b.uv = s.uv;
         b.du = g.du;
         b.dv = g.dv;
+        b.each = tint.surface->seamDistance(s.triangle) < radius;
         return b;
     }
 
-    Vec3f tintAt(const VoxelTint& tint, const BlockUv& b, const Vec3d& world) const
+    Vec3f tintAt(const VoxelTint& tint, const BlockUv& b, const Vec3d& world, Surface::Walk& walk) const
     {
+        if (!tint.colour->usesUv()) return tint.colour->colour({0.0, 0.0}, world);
         if (tint.surface->projection().kind != ProjectionKind::uv) return tint.colour->colour(tint.surface->projection().project(world), world);
+        if (b.each) return tint.colour->colour(tint.surface->nearest(world, walk).uv, world);
         const Vec3d d = world - b.centre;
         return tint.colour->colour(b.uv + Vec2d(b.du.dot(d), b.dv.dot(d)), world);
     }
@@ -404,37 +440,92 @@ Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& plac
     return compose(boxes, placements, ComposeExtras{}, params, progress);
 }
 
-Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
-               const Progress& progress)
+namespace {
+
+/// Boxes packed for a voxel size, and the materials in the order in which they appear.
+struct Packed {
+    std::vector<Pyramids> sources;
+    std::vector<std::string> materials;
+};
+
+Packed pack(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel)
 {
-    check(boxes, placements, params);
     std::vector<float> smallest(boxes.size(), 0); // scale of the box's placements; 0: none
     for (const Placement& p : placements)
         if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
-    std::vector<Pyramids> sources(boxes.size());
-    std::vector<std::string> materials;
+    Packed packed;
+    packed.sources.resize(boxes.size());
     const auto use = [&](const std::string& m) {
-        if (std::find(materials.begin(), materials.end(), m) == materials.end()) materials.push_back(m);
+        if (std::find(packed.materials.begin(), packed.materials.end(), m) == packed.materials.end()) packed.materials.push_back(m);
     };
     for (std::size_t b = 0; b < boxes.size(); ++b)
         if (smallest[b] > 0)
             for (const VolumePart& part : boxes[b].volume.parts) {
-                sources[b].push_back({packPart(part, boxes[b].name)});
-                Pyramid& levels = sources[b].back();
-                for (int n = levelFor(levels[0].voxel * smallest[b] / params.voxel); n > 0 && levels.back().voxels.size() > 1; --n)
+                packed.sources[b].push_back({packPart(part, boxes[b].name)});
+                Pyramid& levels = packed.sources[b].back();
+                for (int n = levelFor(levels[0].voxel * smallest[b] / voxel); n > 0 && levels.back().voxels.size() > 1; --n)
                     levels.push_back(coarsen(levels.back()));
                 use(part.material);
             }
     for (const Skin& skin : extras.skins) use(skin.material());
+    return packed;
+}
 
+/// About how many pairs of a tile and a placement or triangle there are.
+double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel)
+{
+    std::vector<Vec3d> extents;
+    for (const Box& box : boxes) {
+        double longest = 0;
+        for (const VolumePart& part : box.volume.parts) {
+            const openvdb::CoordBBox bounds = part.density->evalActiveVoxelBoundingBox();
+            if (!bounds.empty()) longest = std::max(longest, bounds.dim().asVec3d().length() * part.density->voxelSize()[0]);
+        }
+        extents.emplace_back(longest);
+    }
+    const double tile = voxel * kTile;
+    double pairs = 0;
+    for (const Placement& p : placements) pairs += std::pow(extents[p.box][0] * p.scale / tile + 1, 3);
+    for (const Skin& skin : extras.skins) pairs += double(skin.surface().mesh().triangles.size()) + skin.surface().area() / (tile * tile);
+    return pairs;
+}
+
+} // namespace
+
+ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                                const ComposeParams& params)
+{
+    check(boxes, placements, params);
+    ComposeParams coarse = params;
+    double factor = 1; // finer than the boxes, voxels grow with the cube of the resolution
+    while (pairsOf(boxes, placements, extras, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
+        coarse.voxel *= 2;
+        factor *= 8;
+    }
+    const Packed packed = pack(boxes, placements, extras, coarse.voxel);
+    ComposeEstimate e;
+    for (const std::string& material : packed.materials) Composer(packed.sources, placements, extras, coarse, material).estimate(48, e);
+    e.voxels *= factor;
+    e.bytes *= factor;
+    e.bytes += double(placements.size()) * sizeof(Placement);
+    return e;
+}
+
+Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
+               const Progress& progress)
+{
+    check(boxes, placements, params);
+    const Packed packed = pack(boxes, placements, extras, params.voxel);
+    const std::vector<std::string>& materials = packed.materials;
     Volume volume;
     for (std::size_t m = 0; m < materials.size(); ++m)
-        volume.parts.push_back(Composer(sources, placements, extras, params, materials[m]).run([&](double f) {
+        volume.parts.push_back(Composer(packed.sources, placements, extras, params, materials[m]).run([&](double f) {
             report(progress, (double(m) + f) / double(materials.size()));
         }));
     if (volume.parts.empty()) {
         const std::vector<Placement> none;
-        volume.parts.push_back(Composer(sources, none, ComposeExtras{}, params, "").run([](double) {}));
+        const ComposeExtras no_extras;
+        volume.parts.push_back(Composer(packed.sources, none, no_extras, params, "").run([](double) {}));
     }
     report(progress, 1);
     return volume;

@@ -13,7 +13,7 @@
 namespace volcomp {
 
 /// A colour that is looked up at every voxel of a layer's boxes, at the (u,v) of the voxel's own place: by the surface's projection; or, by texture
-/// coordinates, of the nearest point of the surface, which is sought once for 8^3 voxels of a box and continued linearly between them.
+/// coordinates, of the nearest point of the surface, which away from seams and borders is sought once for 8^3 voxels of a box and continued linearly.
 /// The pointers must outlive compose(); nulls: no such colour.
 struct VoxelTint {
     const Surface* surface = nullptr;
@@ -39,5 +39,16 @@ Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& plac
                const Progress& progress = {});
 Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
                const Progress& progress = {});
+
+/// What compose() would need.
+struct ComposeEstimate {
+    double voxels = 0;  ///< active
+    double bytes = 0;   ///< the volume and the working memory
+};
+
+/// Composes up to 48 tiles of 32^3 voxels for each material, spread evenly over the scene, and counts. Where even finding the tiles would take long,
+/// it works at a coarser voxel and multiplies by the cube of the ratio, which is an upper bound.
+ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                                const ComposeParams& params);
 
 } // namespace volcomp

@@ -135,8 +135,8 @@ Vec3f Map::colour(const Vec2d& uv, const Vec3d& p) const
         const auto ranged = [&, low = spec.low, high = spec.high](double x) { return low + (high - low) * x; };
         if (texture) {
             const double u = uv[0] * spec.repeat[0], v = uv[1] * spec.repeat[1];
-            for (int i = 0; i < 3; ++i)
-                product[i] *= ranged(texture->sample(u, v, spec.channel >= 0 ? spec.channel : texture->channels < 3 ? 0 : i, spec.wrap));
+            const Vec3f c = spec.channel >= 0 ? Vec3f(texture->sample(u, v, spec.channel, spec.wrap)) : texture->colour(u, v, spec.wrap);
+            for (int i = 0; i < 3; ++i) product[i] *= ranged(c[i]);
         } else if (spec.noise > 0) product *= ranged(gradientNoise(p / spec.noise, spec.octaves, spec.seed));
         else product *= spec.constant;
     }

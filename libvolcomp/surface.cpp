@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <map>
+#include <queue>
 
 #include <fmt/format.h>
 
@@ -67,7 +69,15 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
 {
     SurfaceSpec s;
     s.name = name;
-    s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, std::nullopt);
+    s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
+    const auto ground = r.numbers({"ground", "m", "instead of a mesh: [width, depth] of a plane in x and z, or of a height field; u runs along +X, v along -Z"}, {}, kPositive);
+    r.require((ground.size() == 2) != !s.mesh.empty(), s.mesh.empty() ? "ground" : "mesh", "either 'mesh' or 'ground = [width, depth]'");
+    if (ground.size() == 2) s.terrain.width = ground[0], s.terrain.depth = ground[1];
+    s.terrain.height_map = r.path({"height_map", "", "image whose luminance is the ground's height"}, "");
+    const auto heights = r.numbers({"height", "m", "[at 0, at 1]: height of the ground where height_map is 0 and 1"}, {0, 1}, kAny);
+    r.require(heights.size() == 2, "height", "two numbers");
+    if (heights.size() == 2) s.terrain.low = heights[0], s.terrain.high = heights[1];
+    s.terrain.cells = r.integer({"cells", "", "of the height field along its longer side"}, s.terrain.cells, {1, 8192});
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);
     s.move = r.vector({"translate", "m", "added to every point, after the scale"}, s.move);
     s.orientation = r.choice<Orientation>({"orientation", "", "which side is outside: outward turns faces to agree with their neighbours and closed parts outward; file keeps what the file says; inward is the opposite of outward"},
@@ -109,7 +119,49 @@ Surface::Surface(Mesh mesh, const MapProjection& projection, const std::string& 
             corners.push_back({first, first + 1, first + 2});
         }
         m_uv_tree = std::make_unique<SurfaceTree>(flat, corners);
+        findSeams();
     }
+}
+
+void Surface::findSeams()
+{
+    // Corners at one place with one (u,v) are one vertex; an edge of such vertices that has not two triangles is a seam or a border.
+    using Corner = std::array<double, 5>;
+    std::map<Corner, std::int32_t> number;
+    std::vector<std::array<std::int32_t, 3>> corners(m_mesh.triangles.size());
+    std::vector<Vec3d> place;
+    for (std::size_t t = 0; t < corners.size(); ++t)
+        for (int i = 0; i < 3; ++i) {
+            const Vec3d& p = m_mesh.points[m_mesh.triangles[t][i]];
+            const auto found = number.emplace(Corner{p[0], p[1], p[2], m_mesh.uv[t][i][0], m_mesh.uv[t][i][1]}, static_cast<std::int32_t>(place.size()));
+            if (found.second) place.push_back(p);
+            corners[t][i] = found.first->second;
+        }
+    std::map<std::pair<std::int32_t, std::int32_t>, int> edges;
+    for (const auto& c : corners)
+        for (int i = 0; i < 3; ++i) ++edges[std::minmax(c[i], c[(i + 1) % 3])];
+    std::vector<float> distance(place.size(), std::numeric_limits<float>::infinity());
+    std::vector<std::vector<std::int32_t>> neighbours(place.size());
+    using Step = std::pair<float, std::int32_t>;
+    std::priority_queue<Step, std::vector<Step>, std::greater<Step>> queue; // Dijkstra from the seams, along edges
+    for (const auto& [edge, count] : edges) {
+        neighbours[edge.first].push_back(edge.second);
+        neighbours[edge.second].push_back(edge.first);
+        if (count == 2) continue;
+        for (const std::int32_t v : {edge.first, edge.second})
+            if (distance[v] > 0) queue.push({distance[v] = 0, v});
+    }
+    while (!queue.empty()) {
+        const auto [d, v] = queue.top();
+        queue.pop();
+        if (d > distance[v]) continue;
+        for (const std::int32_t n : neighbours[v])
+            if (const float next = d + static_cast<float>((place[n] - place[v]).length()); next < distance[n]) queue.push({distance[n] = next, n});
+    }
+    // Ways along edges are longer than straight ones, mostly by less than a third.
+    m_seam_distance.resize(corners.size());
+    for (std::size_t t = 0; t < corners.size(); ++t)
+        m_seam_distance[t] = 0.75f * std::min({distance[corners[t][0]], distance[corners[t][1]], distance[corners[t][2]]});
 }
 
 Surface::~Surface() = default;
@@ -201,9 +253,23 @@ std::vector<SurfacePoint> Surface::sheets(const Vec2d& uv) const
     return result;
 }
 
+bool Surface::hides(const Vec3d& eye, const Vec3d& p) const
+{
+    for (const SurfaceTree::Hit& hit : m_tree->crossings(eye, p - eye, true))
+        if (hit.t > 0 && hit.t < 0.999) return true;
+    return false;
+}
+
 SurfacePoint Surface::nearest(const Vec3d& p) const
 {
     const SurfaceTree::Nearest found = m_tree->nearest(p);
+    return onLine(found.triangle, found.position);
+}
+
+SurfacePoint Surface::nearest(const Vec3d& p, Walk& last) const
+{
+    const SurfaceTree::Nearest before{last.position, last.triangle, last.internal}, found = m_tree->nearest(p, &before);
+    last = {found.position, found.triangle, found.internal};
     return onLine(found.triangle, found.position);
 }
 
@@ -241,9 +307,9 @@ Surface::UvGradient Surface::uvGradientAt(const SurfacePoint& s) const
 Surface loadSurface(const SurfaceSpec& spec)
 {
     spec.validate();
-    Mesh mesh = readMesh(spec.mesh);
+    Mesh mesh = spec.mesh.empty() ? makeTerrain(spec.terrain) : readMesh(spec.mesh);
     prepareMesh(mesh, spec.scale, spec.move, spec.orientation);
-    return Surface(std::move(mesh), spec.projection, spec.mesh.string());
+    return Surface(std::move(mesh), spec.projection, spec.mesh.empty() ? "surface '" + spec.name + "'" : spec.mesh.string());
 }
 
 } // namespace volcomp

@@ -20,8 +20,10 @@ public:
     struct Nearest {
         Vec3d position;
         std::int32_t triangle = -1; ///< -1: there is no triangle with an area
+        std::int32_t internal = -1; ///< for `near_by`
     };
-    Nearest nearest(const Vec3d& p) const;
+    /// `near_by`, an answer for a point close to `p`, makes the search short; it does not change the distance found.
+    Nearest nearest(const Vec3d& p, const Nearest* near_by = nullptr) const;
 
     struct Hit {
         double t;              ///< position = origin + t direction

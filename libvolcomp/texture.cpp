@@ -47,6 +47,25 @@ float Texture::sample(double u, double v, int channel, Wrap wrap) const
     return top * (1 - fy) + bottom * fy;
 }
 
+Vec3f Texture::colour(double u, double v, Wrap wrap) const
+{
+    if (!(std::abs(u) < 1e9 && std::abs(v) < 1e9)) return Vec3f(0.0f);
+    const double x = u * width - 0.5, y = (1 - v) * height - 0.5;
+    const double x0 = std::floor(x), y0 = std::floor(y);
+    const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
+    const int columns[2] = {wrapped(static_cast<std::int64_t>(x0), width, wrap), wrapped(static_cast<std::int64_t>(x0) + 1, width, wrap)};
+    const int rows[2] = {wrapped(static_cast<std::int64_t>(y0), height, wrap), wrapped(static_cast<std::int64_t>(y0) + 1, height, wrap)};
+    const int green = channels < 3 ? 0 : 1, blue = channels < 3 ? 0 : 2;
+    Vec3f sum(0.0f);
+    for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 2; ++i) {
+            if (rows[j] < 0 || columns[i] < 0) continue;
+            const float* p = &pixels[(static_cast<std::size_t>(rows[j]) * width + columns[i]) * channels];
+            sum += Vec3f(p[0], p[green], p[blue]) * ((i ? fx : 1 - fx) * (j ? fy : 1 - fy));
+        }
+    return sum;
+}
+
 Texture readTexture(const std::filesystem::path& file, bool to_linear)
 {
     const char* expected = "an image that OpenImageIO reads (PNG, EXR, TIFF, JPEG, ...)";

@@ -23,6 +23,9 @@ struct Texture {
 
     /// Bilinear. A channel that the picture lacks is 1 if it is the fourth (alpha), else the first one (grey).
     float sample(double u, double v, int channel, Wrap wrap) const;
+
+    /// The first three channels, or the first one three times.
+    Vec3f colour(double u, double v, Wrap wrap) const;
 };
 
 /// Reads the file's first picture; its colours are converted from sRGB to linear where `to_linear` and the file holds 8 bit or says sRGB. Alpha

@@ -1,17 +1,23 @@
 // volcomp-compose: a scene and its boxes become one sparse volume.
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <limits>
 #include <map>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "compose.h"
 #include "error.h"
+#include "image.h"
+#include "placements_io.h"
 #include "scatter.h"
 #include "scene.h"
+#include "placement_sheet.h"
 #include "tool.h"
 #include "vdb_io.h"
+#include "view.h"
 
 namespace {
 
@@ -20,8 +26,11 @@ namespace fs = std::filesystem;
 
 struct Options {
     fs::path scene, output, boxes;
-    double voxel = 0;
+    fs::path placements, sheet;
+    double voxel = 0, max_memory_mb = 0;
 };
+
+double machineMegabytes() { return double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE)) / 1048576; }
 
 /// The boxes that the layers use, in the order of their kinds, and where each kind begins.
 struct BoxSet {
@@ -62,6 +71,17 @@ std::size_t bytesOf(const Volume& v)
     return n;
 }
 
+/// A voxel size whose estimate is below the limit.
+double fittingVoxel(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, ComposeParams params,
+                    double limit, double needed)
+{
+    for (int i = 0; i < 30 && needed > limit; ++i) {
+        params.voxel *= std::clamp(std::cbrt(needed / limit), 1.05, 8.0);
+        needed = estimateCompose(boxes, placements, extras, params).bytes / 1048576;
+    }
+    return params.voxel;
+}
+
 void run(Tool& tool, const Options& options)
 {
     const Scene scene = readScene(options.scene);
@@ -89,7 +109,7 @@ void run(Tool& tool, const Options& options)
     const BoxSet set = tool.stage("read boxes", [&](const Progress& p) { return readBoxes(scene, options.boxes, p); });
 
     std::deque<Map> maps;
-    const std::vector<Placement> placements = tool.stage("scatter", [&](const Progress& progress) {
+    std::vector<Placement> placements = tool.stage("scatter", [&](const Progress& progress) {
         std::vector<Placement> all;
         for (std::size_t i = 0; i < scene.layers.size(); ++i) {
             const Layer& layer = scene.layers[i];
@@ -109,11 +129,49 @@ void run(Tool& tool, const Options& options)
         return all;
     });
 
-    if (params.voxel == 0) {
-        params.voxel = std::numeric_limits<double>::max();
-        for (const Box& b : set.boxes) params.voxel = std::min(params.voxel, b.volume.voxelSize());
-        if (set.boxes.empty()) throw fileError(scene.file, "compose.voxel", "a voxel size, as there are no boxes to take it from", "none");
+    std::vector<const Surface*> all_surfaces;
+    for (const Surface& s : surfaces) all_surfaces.push_back(&s);
+    if (!options.placements.empty()) {
+        std::vector<std::string> boxes, layers;
+        for (const Box& b : set.boxes) boxes.push_back(fmt::format("{}_{}", b.name, b.variant + 1));
+        for (const Layer& l : scene.layers) layers.push_back(l.name);
+        tool.stage("write placements", [&](const Progress&) { writePlacements(options.placements, placements, boxes, layers); });
     }
+    if (!options.sheet.empty())
+        tool.stage("sheet", [&](const Progress&) {
+            std::vector<SheetLayer> layers;
+            for (const Layer& l : scene.layers) layers.push_back({by_name.at(l.surface), &l});
+            writeImage(options.sheet, placementSheet(all_surfaces, layers, placements, scene.camera, scene.render.width, scene.render.height));
+        });
+    if (options.output.empty()) return;
+
+    if (params.voxel == 0) {
+        params.voxel = voxelFromCamera(all_surfaces, scene.camera, scene.render.width, scene.render.height, params.voxel_pixels);
+        if (params.voxel > 0) tool.say(fmt::format("voxels of {:.4g} m: {:g} of a pixel at the nearest point that the camera sees", params.voxel, params.voxel_pixels));
+        else {
+            params.voxel = std::numeric_limits<double>::max();
+            for (const Box& b : set.boxes) params.voxel = std::min(params.voxel, b.volume.voxelSize());
+            if (set.boxes.empty()) throw fileError(scene.file, "compose.voxel", "a voxel size, as the camera sees no surface and there are no boxes", "0");
+            tool.warn(fmt::format("the camera sees no surface; voxels of {:.4g} m, as the finest box has", params.voxel));
+        }
+    }
+    if (params.cull) {
+        const std::size_t before = placements.size();
+        placements = tool.stage("cull", [&](const Progress&) {
+            return cullPlacements(placements, set.boxes, scene.camera, scene.render.width, scene.render.height, scene.lights);
+        });
+        tool.say(fmt::format("{} of {} boxes matter to the picture", placements.size(), before));
+        tool.stats["culled"] = before - placements.size();
+    }
+
+    const double limit = options.max_memory_mb > 0 ? options.max_memory_mb : 0.75 * machineMegabytes();
+    const ComposeEstimate estimate = tool.stage("estimate", [&](const Progress&) { return estimateCompose(set.boxes, placements, extras, params); });
+    const double needed = estimate.bytes / 1048576;
+    tool.say(fmt::format("about {:.3g} voxels, {:.0f} MB", estimate.voxels, needed));
+    tool.stats["estimate"] = {{"voxels", estimate.voxels}, {"mb", needed}};
+    if (needed > limit)
+        throw fileError(scene.file, "compose", fmt::format("a volume of at most {:.0f} MB (--max-memory)", limit), fmt::format("about {:.0f} MB", needed),
+                        fmt::format("A voxel of {:.3g} m instead of {:.3g} m would fit.", fittingVoxel(set.boxes, placements, extras, params, limit, needed), params.voxel));
     const Volume volume = tool.stage("compose", [&](const Progress& p) { return compose(set.boxes, placements, extras, params, p); });
     const std::size_t voxels = activeVoxels(volume);
     tool.say(fmt::format("{} placements, {} voxels of {:.4g} m, {:.0f} MB", placements.size(), voxels, params.voxel, double(bytesOf(volume)) / 1048576));
@@ -131,8 +189,15 @@ int main(int argc, char** argv)
     Tool tool("volcomp-compose", "Places the scene's boxes on its surfaces and adds them into one sparse volume");
     Options options;
     tool.app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
-    tool.app.add_option("-o,--output", options.output, "Volume to write")->required()->type_name("VOLUME.vdb");
+    tool.app.add_option("-o,--output", options.output, "Volume to write")->type_name("VOLUME.vdb");
     tool.app.add_option("--boxes", options.boxes, "Directory of the boxes that volcomp-bake wrote")->required()->type_name("DIR");
     tool.app.add_option("--voxel", options.voxel, "Edge of a voxel in metres; 0: compose.voxel of the scene")->capture_default_str()->check(CLI::NonNegativeNumber);
-    return tool.main(argc, argv, [&] { run(tool, options); });
+    tool.app.add_option("--max-memory", options.max_memory_mb, "Refuse a volume that needs more, in MB; 0: 3/4 of the machine's memory")->capture_default_str()->check(CLI::NonNegativeNumber);
+    tool.app.add_option("--placements", options.placements, "Also write where the boxes stand")->type_name("FILE.json|.ply");
+    tool.app.add_option("--sheet", options.sheet, "Also write a picture of the placements and of each map as it falls on the surface")->type_name("FILE.png");
+    return tool.main(argc, argv, [&] {
+        if (options.output.empty() && options.placements.empty() && options.sheet.empty())
+            throw Error("nothing to write: expected -o, --placements or --sheet");
+        run(tool, options);
+    });
 }

@@ -1,0 +1,25 @@
+// A picture of the second densities: where boxes stand, and each map as it falls on the surface.
+#pragma once
+
+#include <vector>
+
+#include "camera.h"
+#include "image.h"
+#include "layer.h"
+#include "scatter.h"
+#include "surface.h"
+
+namespace volcomp {
+
+/// One layer and what came of it; the pointers must live during the call.
+struct SheetLayer {
+    const Surface* surface;
+    const Layer* layer;
+};
+
+/// Panels of width x height pixels side by side, seen by the camera: first the surfaces with a dot for each placement, in a colour for each layer (red, green,
+/// blue, yellow, magenta, cyan, in turn); then, for each layer, its second density as grey, and its colour map where it has one.
+Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers, const std::vector<Placement>& placements,
+                     const Camera& camera, int width, int height);
+
+} // namespace volcomp
