@@ -21,9 +21,9 @@ cd "$root"
 for script in "$scenes/$name"/make_*.py; do
     [ -e "$script" ] || continue
     stamp=$out/.$(basename "$script").done
-    if [ ! "$stamp" -nt "$script" ]; then
+    if [ ! "$stamp" -nt "$script" ] || [ ! "$stamp" -nt "$scenes/making.py" ]; then
         say "making surfaces and maps ($(basename "$script"))"
-        /usr/bin/python3 "$script" "$out"
+        PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 "$script" "$out"
         touch "$stamp"
     fi
 done

@@ -11,11 +11,12 @@ Units are metres, y is up, the camera stands near the origin and looks along -z.
 """
 import math
 import os
-import struct
 import sys
-import zlib
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from making import noise, smoothstep, to_bytes, write_png  # noqa: E402
 
 LOW, SIZE = (-160.0, -340.0), 320.0
 NEAR, FAR = 22.0, 340.0
@@ -23,37 +24,14 @@ HALF_ANGLE = 23.5      # of the wedge that is made, degrees
 MAP = 256
 
 
-def smooth(a, b, x):
-    t = np.clip((x - a) / (b - a), 0, 1)
-    return t * t * (3 - 2 * t)
-
-
 def height(x, z):
     d = -z
-    h = 30 * smooth(95, 250, d) + 16 * smooth(230, 340, d)
-    h = h + (8 * np.sin(x / 37 + 0.9) + 4 * np.sin(x / 17 + d / 50)) * smooth(90, 200, d)
-    h = h + 4 * np.sin(d / 26 + x / 56 + 2.2) * smooth(100, 160, d)
+    h = 30 * smoothstep(95, 250, d) + 16 * smoothstep(230, 340, d)
+    h = h + (8 * np.sin(x / 37 + 0.9) + 4 * np.sin(x / 17 + d / 50)) * smoothstep(90, 200, d)
+    h = h + 4 * np.sin(d / 26 + x / 56 + 2.2) * smoothstep(100, 160, d)
     h = h + 20 * np.exp(-(((x + 62) / 48) ** 2 + ((d - 300) / 60) ** 2))                   # a summit on the left
-    h = h + 8 * smooth(0.14, 0.5, np.abs(x + 0.05 * d) / (d + 10)) * smooth(40, 90, d)      # the valley's sides
-    return h + 0.35 * np.sin(x / 4.3 + d / 9) * np.sin(d / 5.1 + 1) - 1.2 * np.exp(-((x - 6 * np.sin(d / 22)) / 7) ** 2) * smooth(130, 60, d)
-
-
-def random(i, j, key):
-    """Numbers in [0, 1) that depend on the cell and the key alone."""
-    h = (np.asarray(i).astype(np.uint64) * np.uint64(0xBF58476D1CE4E5B9)) ^ (np.asarray(j).astype(np.uint64) * np.uint64(0x94D049BB133111EB))
-    h = h + np.uint64(key * 0x9E3779B97F4A7C15 & 2 ** 64 - 1)
-    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
-        h = (h ^ (h >> np.uint64(shift))) * np.uint64(factor)
-    return ((h ^ (h >> np.uint64(31))) >> np.uint64(11)).astype(float) / 2 ** 53
-
-
-def noise(x, y, key):
-    """Value noise with features of length 1, 0 to 1."""
-    i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-    f, g = smooth(0, 1, x - i), smooth(0, 1, y - j)
-    low = random(i, j, key) * (1 - f) + random(i + 1, j, key) * f
-    high = random(i, j + 1, key) * (1 - f) + random(i + 1, j + 1, key) * f
-    return low * (1 - g) + high * g
+    h = h + 8 * smoothstep(0.14, 0.5, np.abs(x + 0.05 * d) / (d + 10)) * smoothstep(40, 90, d)      # the valley's sides
+    return h + 0.35 * np.sin(x / 4.3 + d / 9) * np.sin(d / 5.1 + 1) - 1.2 * np.exp(-((x - 6 * np.sin(d / 22)) / 7) ** 2) * smoothstep(130, 60, d)
 
 
 def write_land(path, upright, across=150, along=260):
@@ -73,18 +51,6 @@ def write_land(path, upright, across=150, along=260):
                 f.write("f " + " ".join(corner.format(k) for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
 
 
-def write_png(path, values):
-    """8-bit grey or colour; row 0 of values is the bottom."""
-    def chunk(kind, data):
-        body = kind + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-    pixels = np.clip(np.rint(255 * values[::-1]), 0, 255).astype(np.uint8)
-    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
-    with open(path, "wb") as f:
-        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 8, 2 if pixels.ndim == 3 else 0, 0, 0, 0))
-                + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
-
-
 def main():
     out = sys.argv[1]
     os.makedirs(out, exist_ok=True)
@@ -95,36 +61,36 @@ def main():
     d = -z
     rough = noise(x / 17, z / 17, 1) - 0.5
     side = np.abs(x + 0.05 * d + 5 * np.sin(d / 25))
-    glade = smooth(0.22 * d + 13, 0.22 * d + 3, side + 10 * rough) * smooth(112, 94, d + 22 * rough)      # the meadow before the forest
-    glade = np.maximum(glade, smooth(52, 46, d + 6 * rough))
+    glade = smoothstep(0.22 * d + 13, 0.22 * d + 3, side + 10 * rough) * smoothstep(112, 94, d + 22 * rough)      # the meadow before the forest
+    glade = np.maximum(glade, smoothstep(52, 46, d + 6 * rough))
     for cx, cd, r in ((48, 178, 15), (-30, 226, 17), (30, 282, 14)):                                       # clearings on the slope
-        glade = np.maximum(glade, smooth(r + 4, r - 5, np.hypot(x - cx, (d - cd) * 0.7) + 8 * rough))
+        glade = np.maximum(glade, smoothstep(r + 4, r - 5, np.hypot(x - cx, (d - cd) * 0.7) + 8 * rough))
     wood = 1 - glade
-    high = smooth(105, 240, d + 80 * (noise(x / 60, z / 60, 2) - 0.5))                                     # conifers climb
-    patch = smooth(0.35, 0.65, noise(x / 34, z / 34, 3))
-    edge = glade * smooth(0.02, 0.4, 1 - glade) * 1.0
+    high = smoothstep(105, 240, d + 80 * (noise(x / 60, z / 60, 2) - 0.5))                                     # conifers climb
+    patch = smoothstep(0.35, 0.65, noise(x / 34, z / 34, 3))
+    edge = glade * smoothstep(0.02, 0.4, 1 - glade) * 1.0
     maps = {
         "meadow": glade,
-        "spruce": wood * np.clip(0.12 + 0.95 * high, 0, 1) * (0.45 + 0.55 * smooth(0.3, 0.6, noise(x / 26, z / 26, 4))),
+        "spruce": wood * np.clip(0.12 + 0.95 * high, 0, 1) * (0.45 + 0.55 * smoothstep(0.3, 0.6, noise(x / 26, z / 26, 4))),
         "oak": wood * (1 - 0.86 * high) * patch,
         "birch": wood * (1 - 0.70 * high) * (1 - 0.85 * patch),
-        "bush": np.clip(edge * 1.2 + 0.10 * glade * smooth(0.55, 0.75, noise(x / 9, z / 9, 5)) + 0.35 * wood * smooth(140, 60, d), 0, 1),
+        "bush": np.clip(edge * 1.2 + 0.10 * glade * smoothstep(0.55, 0.75, noise(x / 9, z / 9, 5)) + 0.35 * wood * smoothstep(140, 60, d), 0, 1),
         "dead": np.clip(wood * 0.09 * high, 0, 1),
     }
     for name, cx, cd, r in (("dead", -11, 51, 2.0), ("dead", 19, 60, 2.5), ("bush", -15, 48, 4), ("bush", 14, 56, 5), ("oak", -20, 66, 4.5), ("birch", 21, 56, 3.5), ("oak", 27, 80, 5), ("birch", 9, 90, 5), ("birch", -6, 98, 4), ("spruce", -27, 82, 5)):
-        maps[name] = np.maximum(maps[name], smooth(r, r - 2, np.hypot(x - cx, d - cd)))                    # trees in the meadow
+        maps[name] = np.maximum(maps[name], smoothstep(r, r - 2, np.hypot(x - cx, d - cd)))                    # trees in the meadow
     for name, value in maps.items():
-        write_png(os.path.join(out, name + ".png"), value)
+        write_png(os.path.join(out, name + ".png"), to_bytes(value[::-1]))
 
     soil, moss, grass = (np.array(c)[None, None, :] for c in ((0.40, 0.31, 0.22), (0.30, 0.36, 0.13), (0.45, 0.50, 0.20)))
-    damp = smooth(0.35, 0.7, noise(x / 6, z / 6, 6))[..., None]
-    bare = smooth(0.62, 0.74, noise(x / 11, z / 11, 7))[..., None]
+    damp = smoothstep(0.35, 0.7, noise(x / 6, z / 6, 6))[..., None]
+    bare = smoothstep(0.62, 0.74, noise(x / 11, z / 11, 7))[..., None]
     floor = soil + (moss - soil) * damp
     open_land = grass + (soil - grass) * bare * 0.7
-    write_png(os.path.join(out, "ground.png"), floor + (open_land - floor) * glade[..., None])
-    far = smooth(80, 335, d)[..., None]
+    write_png(os.path.join(out, "ground.png"), to_bytes(floor + (open_land - floor) * glade[..., None])[::-1])
+    far = smoothstep(80, 335, d)[..., None]
     near_colour, far_colour = np.array([0.50, 0.50, 0.50]), np.array([0.62, 0.74, 0.98])                   # 0.5 means 1
-    write_png(os.path.join(out, "haze.png"), near_colour + (far_colour - near_colour) * far)
+    write_png(os.path.join(out, "haze.png"), to_bytes(near_colour + (far_colour - near_colour) * far)[::-1])
 
 
 if __name__ == "__main__":

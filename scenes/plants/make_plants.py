@@ -10,11 +10,12 @@ Units are metres, y is up, the camera stands at +z. Everything follows from the 
 """
 import math
 import os
-import struct
 import sys
-import zlib
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from making import to_bytes, write_png  # noqa: E402
 
 LOW, SIZE = (-1.5, -2.2), 3.0
 FRONT, BACK = 0.62, -1.75          # of the ground, z
@@ -41,18 +42,6 @@ def write_ground(path, across=90, along=110):
                 f.write("f " + " ".join(f"{k}/{k}" for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
 
 
-def write_png(path, values):
-    """8-bit grey; row 0 of values is the bottom."""
-    def chunk(kind, data):
-        body = kind + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-    pixels = np.clip(np.rint(255 * values[::-1]), 0, 255).astype(np.uint8)
-    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
-    with open(path, "wb") as f:
-        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 8, 0, 0, 0, 0))
-                + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
-
-
 # strokes of the brush: x, z, radius
 STROKES = {
     "shrubs": [(-1.1, -1.45, 0.45), (-0.3, -1.65, 0.4), (0.5, -1.65, 0.45), (1.25, -1.45, 0.45)],
@@ -75,10 +64,10 @@ def main():
         value = np.zeros((n, n))
         for cx, cz, r in strokes:
             value = np.maximum(value, np.clip(1.6 * (1 - np.hypot(x - cx, z - cz) / r), 0, 1))
-        write_png(os.path.join(out, name + ".png"), value)
+        write_png(os.path.join(out, name + ".png"), to_bytes(value[::-1]))
         if name not in ("poppies", "lupins"):
             covered = np.maximum(covered, value)
-    write_png(os.path.join(out, "grass.png"), 1 - 0.7 * covered)
+    write_png(os.path.join(out, "grass.png"), to_bytes(1 - 0.7 * covered)[::-1])
 
 
 if __name__ == "__main__":

@@ -11,11 +11,12 @@ Units are metres, the hem is at y = 0, the front looks along +z. Everything foll
 """
 import math
 import os
-import struct
 import sys
-import zlib
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from making import add, cross, grid, mul, spline, sub, to_bytes, unit, write_obj, write_png  # noqa: E402
 
 SHEET = (3.0, 1.2)     # size of the texture sheet, metres
 TORSO_WIDTH = 1.90     # its part for the body; the sleeves lie above each other beside it
@@ -45,30 +46,9 @@ SLEEVE = [  # x, y, z of the axis, radius
 ]
 
 
-def add(a, b): return tuple(x + y for x, y in zip(a, b))
-def sub(a, b): return tuple(x - y for x, y in zip(a, b))
-def mul(a, s): return tuple(x * s for x in a)
-def cross(a, b): return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def unit(a):
-    length = math.sqrt(sum(x * x for x in a))
-    return mul(a, 1 / length)
-
-
 def smooth(a, b, x):
     t = min(max((x - a) / (b - a), 0.0), 1.0)
     return t * t * (3 - 2 * t)
-
-
-def spline(rows, t):
-    """Catmull-Rom through rows[i] at t = i; t is clamped."""
-    t = min(max(t, 0.0), len(rows) - 1.0)
-    i = min(int(t), len(rows) - 2)
-    f = t - i
-    p0, p1, p2, p3 = (rows[min(max(i + k, 0), len(rows) - 1)] for k in (-1, 0, 1, 2))
-    return tuple(0.5 * (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f * f + (3 * b - a - 3 * c + d) * f ** 3)
-                 for a, b, c, d in zip(p0, p1, p2, p3))
 
 
 def profile(y):
@@ -187,45 +167,6 @@ def belt_parts():
             (band(end(0.060, 0.36, 0.003, -0.010), 0.050, 0.018, lambda t: (0.20, 0.25, 1.0), True), 0.38, 70)]
 
 
-def grid(point, uv, nu, nv, flip=False):
-    """Vertices, texture coordinates and faces of a parametric patch of nu x nv quads."""
-    vertices, coordinates, faces = [], [], []
-    for j in range(nv + 1):
-        for i in range(nu + 1):
-            vertices.append(point(i / nu, j / nv))
-            coordinates.append(uv(i / nu, j / nv))
-    for j in range(nv):
-        for i in range(nu):
-            a = j * (nu + 1) + i
-            quad = (a, a + 1, a + nu + 2, a + nu + 1)
-            faces.append(quad[::-1] if flip else quad)
-    return vertices, coordinates, faces
-
-
-def write_obj(path, patches):
-    with open(path, "w") as f:
-        f.write("# made by make_robe.py; metres\n")
-        base = 1
-        for name, (vertices, coordinates, faces) in patches:
-            f.write(f"o {name}\n")
-            f.writelines("v %.6f %.6f %.6f\n" % v for v in vertices)
-            f.writelines("vt %.6f %.6f\n" % t for t in coordinates)
-            f.writelines("f " + " ".join(f"{base + k}/{base + k}" for k in q) + "\n" for q in faces)
-            base += len(vertices)
-
-
-def write_png(path, pixels):
-    """8-bit pixels of shape (height, width, 3)."""
-    def chunk(kind, data):
-        body = kind + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-    height, width = pixels.shape[:2]
-    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
-    with open(path, "wb") as f:
-        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-                + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
-
-
 BLUE, WHITE, RUST = np.array([[0.20, 0.42, 0.55], [0.93, 0.89, 0.80], [0.72, 0.30, 0.13]])
 
 
@@ -273,9 +214,8 @@ def main():
     write_obj(os.path.join(out, "trim.obj"), trim)
     write_obj(os.path.join(out, "belt.obj"), [(f"belt{k}", grid(p, lambda s, t, length=length: (s * 0.14, t * length), 28, along, flip=True))
                                               for k, (p, length, along) in enumerate(belt_parts())])
-    bytes_of = lambda a: np.clip(np.rint(255 * a), 0, 255).astype(np.uint8)
-    write_png(os.path.join(out, "pattern.png"), bytes_of(pattern()))
-    write_png(os.path.join(out, "ribs.png"), bytes_of(ribs()))
+    write_png(os.path.join(out, "pattern.png"), to_bytes(pattern()))
+    write_png(os.path.join(out, "ribs.png"), to_bytes(ribs()))
 
 
 if __name__ == "__main__":
