@@ -1,5 +1,5 @@
 # Sourced by scenes/run.sh and tests/run.sh: installs what is missing (apt) and builds the release preset.
-# Quick where there is nothing to do. Sets $root and $bin.
+# Quick where there is nothing to do. Sets $root and $bin. Its argument is the target to build.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bin=$root/build/release/bin
@@ -36,9 +36,9 @@ build() {
             return 1
         }
     fi
-    cmake --build "$root/build/release" -- --quiet
+    cmake --build "$root/build/release" --target "$1" -- --quiet
 }
 
 mkdir -p "$root/build"
 install_packages
-build
+build "${1:-all}"

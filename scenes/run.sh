@@ -13,7 +13,7 @@ fi
 name=$1
 size=${2:+--size $2}
 
-. "$scenes/prepare.sh"
+. "$scenes/prepare.sh" programs
 out=$root/out/$name
 mkdir -p "$out"
 cd "$root"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test: tests/run.sh [ctest arguments]. Installs and builds what is missing first.
 set -euo pipefail
-. "$(dirname "$0")/../scenes/prepare.sh"
+. "$(dirname "$0")/../scenes/prepare.sh" all
 say "testing"
 exec ctest --test-dir "$root/build/release" --output-on-failure -j "$(nproc)" "$@"
