@@ -349,7 +349,7 @@ private:
     }
 
     /// Where a block's voxels find their (u,v): linear around the surface's point nearest to the block's middle, or, where a seam or a border of the texture
-    /// coordinates is near, at each voxel's own nearest point.
+    /// coordinates is near, at each voxel's own place.
     struct BlockUv {
         Vec2d uv{0.0, 0.0};
         Vec3d centre{0.0}, du{0.0}, dv{0.0};
@@ -374,7 +374,11 @@ private:
     {
         if (!tint.colour->usesUv()) return tint.colour->colour({0.0, 0.0}, world);
         if (tint.surface->projection().kind != ProjectionKind::uv) return tint.colour->colour(tint.surface->projection().project(world), world);
-        if (b.each) return tint.colour->colour(tint.surface->nearest(world, walk).uv, world);
+        if (b.each) { // most voxels of a block stand on the triangle of the one before
+            Vec2d uv;
+            if (walk.triangle < 0 || !tint.surface->uvBelow(walk.triangle, world, uv)) uv = tint.surface->nearest(world, walk).uv;
+            return tint.colour->colour(uv, world);
+        }
         const Vec3d d = world - b.centre;
         return tint.colour->colour(b.uv + Vec2d(b.du.dot(d), b.dv.dot(d)), world);
     }

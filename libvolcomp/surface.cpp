@@ -253,6 +253,19 @@ std::vector<SurfacePoint> Surface::sheets(const Vec2d& uv) const
     return result;
 }
 
+bool Surface::uvBelow(std::int32_t triangle, const Vec3d& p, Vec2d& uv) const
+{
+    const auto& c = m_mesh.triangles[triangle];
+    const Vec3d &p0 = m_mesh.points[c[0]], e1 = m_mesh.points[c[1]] - p0, e2 = m_mesh.points[c[2]] - p0, d = p - p0;
+    const double a = e1.dot(e1), b = e1.dot(e2), f = e2.dot(e2), x = d.dot(e1), y = d.dot(e2), determinant = a * f - b * b;
+    if (!(determinant > 0)) return false;
+    const double b1 = (f * x - b * y) / determinant, b2 = (a * y - b * x) / determinant;
+    if (b1 < 0 || b2 < 0 || b1 + b2 > 1) return false;
+    const auto& corners = m_mesh.uv[triangle];
+    uv = Vec2d(corners[0]) * (1 - b1 - b2) + Vec2d(corners[1]) * b1 + Vec2d(corners[2]) * b2;
+    return true;
+}
+
 bool Surface::hides(const Vec3d& eye, const Vec3d& p) const
 {
     for (const SurfaceTree::Hit& hit : m_tree->crossings(eye, p - eye, true))

@@ -84,6 +84,9 @@ public:
     };
     SurfacePoint nearest(const Vec3d& p, Walk& last) const;
 
+    /// Texture coordinates of the foot of `p` on a triangle's plane; false where the foot lies outside of the triangle.
+    bool uvBelow(std::int32_t triangle, const Vec3d& p, Vec2d& uv) const;
+
     /// True where the surface cuts the way from `eye` to `p` before the last thousandth of it.
     bool hides(const Vec3d& eye, const Vec3d& p) const;
 
