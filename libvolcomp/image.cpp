@@ -51,12 +51,17 @@ bool isOpaque(const Image& image)
 
 } // namespace
 
-void writeImage(const std::filesystem::path& file, const Image& image, const std::vector<std::pair<std::string, std::string>>& metadata)
+bool isExrName(const std::filesystem::path& file)
 {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-    const bool exr = ending == ".exr";
-    if (!exr && ending != ".png") throw fileError(file, "", "a picture's name that ends in .exr or .png", "'" + ending + "'");
+    if (ending != ".exr" && ending != ".png") throw fileError(file, "", "a picture's name that ends in .exr or .png", "'" + ending + "'");
+    return ending == ".exr";
+}
+
+void writeImage(const std::filesystem::path& file, const Image& image, const std::vector<std::pair<std::string, std::string>>& metadata)
+{
+    const bool exr = isExrName(file);
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
         const auto failed = [&](const std::string& why) { return fileError(file, "", "a file to write", why, "Is the disk full?"); };
         const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(temporary.string());

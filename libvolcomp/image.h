@@ -17,6 +17,9 @@ struct Image {
     const float* pixel(int x, int y) const { return &pixels[(static_cast<std::size_t>(y) * width + x) * channels.size()]; }
 };
 
+/// True for .exr, false for .png. Throws Error for another ending: ask before the work, not after it.
+bool isExrName(const std::filesystem::path& file);
+
 /// Writes .exr (all channels, with `metadata`) or .png (R, G, B and A in sRGB, 8 bit), by the name's ending; the file
 /// appears when it is complete. Throws Error for another ending or a file that cannot be written.
 void writeImage(const std::filesystem::path& file, const Image& image,

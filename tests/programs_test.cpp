@@ -142,6 +142,9 @@ TEST_F(Programs, aSceneBecomesAPictureAndStatistics)
         EXPECT_GT(stats["peak_memory_mb"], 1) << name;
         EXPECT_FALSE(stats["stages"].empty()) << name;
     }
+    const auto render_stats = nlohmann::json::parse(read("render.json"));
+    EXPECT_EQ(render_stats["render"]["rays"], 48 * 32);
+    EXPECT_EQ(render_stats["settings"]["filter"], "box");
 }
 
 TEST_F(Programs, theSameBytesForAnyNumberOfThreads)
@@ -261,6 +264,7 @@ TEST_F(Programs, outputsThatCannotBe)
 {
     ASSERT_EQ(bake().status, 0);
     ASSERT_EQ(compose().status, 0);
+    expectFailure(run("bake", "scene.toml -o more --sheet a.gif"), {"a.gif", ".exr"}, "more");
     expectFailure(render("-o a.gif"), {"a.gif", ".exr"}, "a.gif");
     expectFailure(render("-o /proc/none/a.exr"), {"/proc/none"}, "a.exr");
     fs::create_directories(path("d.exr"));

@@ -5,6 +5,7 @@
 
 #include "bake.h"
 #include "error.h"
+#include "image.h"
 #include "scene.h"
 #include "sheet.h"
 #include "tool.h"
@@ -23,6 +24,7 @@ int main(int argc, char** argv)
     tool.app.add_option("--box", only, "Bake these boxes only")->type_name("NAME");
 
     return tool.main(argc, argv, [&] {
+        if (!sheet.empty()) isExrName(sheet);
         const Scene scene = readScene(scene_file);
         if (scene.boxes.empty()) throw fileError(scene_file, "box", "at least one [box.NAME] table", "none");
         for (const std::string& name : only)

@@ -14,6 +14,23 @@
 
 using namespace volcomp;
 
+namespace {
+
+/// What the picture was computed with, in the words of the scene file.
+nlohmann::json settingsOf(const RenderParams& p)
+{
+    static constexpr const char* kIntegration[] = {"exact", "riemann"};
+    static constexpr const char* kFilter[] = {"box", "trilinear"};
+    static constexpr const char* kExtinction[] = {"isotropic", "fibre"};
+    static constexpr const char* kShadows[] = {"exact", "sweep", "none"};
+    static constexpr const char* kUndirected[] = {"isotropic", "gradient"};
+    return {{"width", p.width}, {"height", p.height}, {"samples", p.samples}, {"tau", p.tau}, {"step", p.step}, {"cutoff", p.cutoff},
+            {"integration", kIntegration[int(p.integration)]}, {"filter", kFilter[int(p.filter)]}, {"extinction", kExtinction[int(p.extinction)]},
+            {"shadows", kShadows[int(p.shadows)]}, {"undirected", kUndirected[int(p.undirected)]}};
+}
+
+} // namespace
+
 int main(int argc, char** argv)
 {
     Tool tool("volcomp-render", "Renders the volume of a scene to a picture.");
@@ -47,6 +64,7 @@ int main(int argc, char** argv)
     tool.app.add_option("--step", step, "Step of the sums, voxels (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
     tool.app.add_option("--cutoff", cutoff, "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's (default: the scene's)")->check(CLI::Range(0.0, 0.99));
     return tool.main(argc, argv, [&] {
+        for (const auto& output : outputs) isExrName(output);
         Scene scene = readScene(scene_file);
         RenderParams& params = scene.render;
         char rest = 0;
@@ -70,14 +88,16 @@ int main(int argc, char** argv)
         const Image image = tool.stage("render", [&](const Progress& progress) {
             return render(volume, scene.materials, scene.camera, scene.lights, params, progress, &stats);
         });
-        tool.stats["render"] = {{"width", params.width}, {"height", params.height}, {"samples", params.samples}, {"rays", stats.rays},
-                                {"shadow_rays", stats.shadow_rays}, {"shaded_voxels", stats.shaded_voxels}, {"active_voxels", stats.active_voxels},
+        tool.stats["settings"] = settingsOf(params);
+        tool.stats["render"] = {{"rays", stats.rays}, {"shadow_rays", stats.shadow_rays}, {"shaded_voxels", stats.shaded_voxels}, {"active_voxels", stats.active_voxels},
                                 {"prepare_seconds", stats.prepare_seconds}, {"march_seconds", stats.march_seconds}};
         tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels", stats.rays, stats.shadow_rays, stats.shaded_voxels,
                              stats.march_seconds, stats.active_voxels));
         tool.stage("write", [&](const Progress&) {
             for (const auto& output : outputs)
-                writeImage(output, image, {{"Software", "volcomp"}, {"volcomp/scene", scene_file.string()}, {"volcomp/volume", volume_file.string()}});
+                writeImage(output, image, {{"Software", "volcomp"}, {"volcomp/scene", scene_file.string()}, {"volcomp/volume", volume_file.string()},
+                                            {"volcomp/settings", tool.stats["settings"].dump()},
+                                            {"volcomp/seconds", fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds)}});
         });
         for (const auto& output : outputs) tool.say("wrote " + output.string());
     });
