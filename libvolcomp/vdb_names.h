@@ -1,0 +1,15 @@
+// The names of grids and metadata that vdb_io.h documents, for its two sources.
+#pragma once
+
+#include "material.h"
+
+namespace volcomp {
+
+constexpr const char* kMaterial = "volcomp_material";
+constexpr const char* kKind = "volcomp_kind";
+constexpr const char* kColour = "volcomp_colour";
+constexpr const char* kDirection = "volcomp_direction";
+
+inline const char* directionName(MaterialKind kind) { return kind == MaterialKind::fibre ? "tangentu" : "N"; }
+
+} // namespace volcomp
