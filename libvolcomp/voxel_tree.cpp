@@ -1,10 +1,10 @@
 #include "voxel_tree.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <map>
-#include <tuple>
+#include <mutex>
+#include <string>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -40,44 +40,64 @@ std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_sca
         record = packDirection(direction) | std::uint64_t(std::lround(spread * (VoxelTree::kSpreadCodes - 1))) << 24;
     }
     for (int c = 0; c < 3; ++c) {
-        const double level = colour_scale > 0 ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale)) : 0;
+        const double level = colour_scale > 0 && std::isfinite(colour[c]) ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale)) : 0;
         record |= std::uint64_t(std::lround(std::min(1.0, level) * 1023)) << (30 + 10 * c);
     }
     return record | std::uint64_t(std::min(part, 14)) << 60;
 }
 
-float brightest(const Vec3f& c) { return std::max({c[0], c[1], c[2]}); }
+// Of its finite components.
+float brightest(const Vec3f& c)
+{
+    float most = 0;
+    for (int i = 0; i < 3; ++i)
+        if (std::isfinite(c[i])) most = std::max(most, c[i]);
+    return most;
+}
 
 } // namespace
 
-// Fills the tables from the grids: first the places (blocks and leaves, in order), then their voxels in parallel.
+// Fills the tables from the grids: first the places (blocks and leaves, in order) and how much each leaf may need, which the masks of active
+// voxels say; then, in parallel, the voxels, so that each leaf of the grids is needed once and can be read from the file and freed on the way.
 class VoxelTree::Builder {
 public:
-    Builder(VoxelTree& tree, const Volume& volume) : m_tree(tree), m_parts(volume.parts) {}
+    Builder(VoxelTree& tree, const Volume& volume, bool empties) : m_tree(tree), m_parts(volume.parts), m_empties(empties) {}
 
-    void run()
+    void run(const Progress& progress)
     {
         enumerateBlocks();
         m_tree.m_density.resize(m_sources.size() * 512);
         m_tree.m_leaves.resize(m_sources.size());
-        std::vector<std::uint32_t> shared(m_sources.size());
-        forLeaves([&](std::size_t i) { shared[i] = fillDensity(i); });
         std::uint64_t records = 0, lists = 0;
+        std::vector<std::uint32_t> list(m_sources.size());
         for (std::size_t i = 0; i < m_sources.size(); ++i) {
-            Leaf& l = m_tree.m_leaves[i];
-            l.first = std::uint32_t(records);
-            records += l.uniform ? 1 : l.before[7] + __builtin_popcountll(l.mask[7]);
-            const std::uint32_t count = shared[i];
-            shared[i] = std::uint32_t(lists);
-            lists += count;
-            m_tree.m_voxels += (l.uniform ? 512ull : l.before[7] + __builtin_popcountll(l.mask[7])) * m_sources[i].uses;
+            const auto [voxels, entries] = upperBounds(m_sources[i]);
+            m_tree.m_leaves[i].first = std::uint32_t(records);
+            list[i] = std::uint32_t(lists);
+            records += voxels;
+            lists += entries;
         }
         if (std::max(records, lists) >> 32) throw Error("the volume has more voxels than 2^32; use a larger voxel");
         m_tree.m_records.resize(records);
         m_tree.m_shared.resize(lists);
-        forLeaves([&](std::size_t i) { fillRecords(i, shared[i]); });
+        std::mutex mutex;
+        std::size_t done = 0;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, m_sources.size(), 64), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                fillDensity(i);
+                fillRecords(i, list[i]);
+                if (m_empties) empty(m_sources[i].origin);
+            }
+            const std::lock_guard<std::mutex> lock(mutex);
+            done += range.size();
+            report(progress, double(done) / double(m_sources.size()));
+        });
+        for (std::size_t i = 0; i < m_sources.size(); ++i) {
+            const Leaf& l = m_tree.m_leaves[i];
+            m_tree.m_voxels += (l.uniform ? 512ull : l.before[7] + __builtin_popcountll(l.mask[7])) * m_sources[i].uses;
+            m_tree.m_directed_fibres |= l.directed_fibres;
+        }
         for (const float density : m_tree.m_density) m_tree.m_max_density = std::max(m_tree.m_max_density, density);
-        for (const Leaf& l : m_tree.m_leaves) m_tree.m_directed_fibres |= l.directed_fibres;
     }
 
 private:
@@ -86,14 +106,6 @@ private:
         bool uniform;
         std::uint64_t uses;
     };
-
-    template <class F>
-    void forLeaves(const F& f)
-    {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, m_sources.size(), 64), [&](const auto& range) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i) f(i);
-        });
-    }
 
     void enumerateBlocks()
     {
@@ -200,37 +212,60 @@ private:
 
     void extend(const Coord& o, int dim) { m_tree.m_bounds.expand(openvdb::CoordBBox(o, o.offsetBy(dim - 1))); }
 
-    // Returns how many entries of voxels with several parts the leaf needs.
-    std::uint32_t fillDensity(std::size_t index)
+    // At most so many records and list entries, from what is active alone: the densities may still be in the file.
+    std::pair<std::uint64_t, std::uint64_t> upperBounds(const Source& source) const
+    {
+        const std::size_t parts = m_parts.size();
+        if (source.uniform) return {1, parts > 1 ? parts : 0};
+        std::array<std::uint64_t, 8> any{}, several{};
+        std::vector<std::array<std::uint64_t, 8>> masks(parts);
+        for (std::size_t p = 0; p < parts; ++p) {
+            const FloatLeaf* leaf = m_parts[p].density->tree().probeConstLeaf(source.origin);
+            float tile = 0;
+            const bool full = !leaf && m_parts[p].density->tree().probeValue(source.origin, tile) && tile != 0;
+            for (int w = 0; w < 8; ++w) {
+                masks[p][w] = leaf ? leaf->valueMask().getWord<std::uint64_t>(w) : full ? ~std::uint64_t(0) : 0;
+                several[w] |= any[w] & masks[p][w];
+                any[w] |= masks[p][w];
+            }
+        }
+        std::uint64_t records = 0, entries = 0;
+        for (int w = 0; w < 8; ++w) {
+            records += __builtin_popcountll(any[w]);
+            for (const auto& mask : masks) entries += __builtin_popcountll(mask[w] & (parts > kMostParts ? any[w] : several[w]));
+        }
+        return {records, entries};
+    }
+
+    void fillDensity(std::size_t index)
     {
         const Source& source = m_sources[index];
         Leaf& l = m_tree.m_leaves[index];
         float* sum = &m_tree.m_density[index * 512];
-        std::array<std::uint8_t, 512> count{};
         l.uniform = source.uniform;
         l.colour_scale = 0;
-        for (std::size_t p = 0; p < m_parts.size(); ++p) {
-            const VolumePart& part = m_parts[p];
+        for (const VolumePart& part : m_parts)
             forVoxels(part, source.origin, [&](int n, float density, const Vec3f&, const Vec3f& colour) {
-                if (!(density >= 0) || !std::isfinite(density))
-                    throw Error("volume part '" + part.material + "': expected finite densities >= 0, found " + std::to_string(density));
+                if (!(density >= 0) || !std::isfinite(density)) throw badDensity(part, source, n, density);
                 sum[n] += density;
-                ++count[n];
+                if (!std::isfinite(sum[n])) throw badDensity(part, source, n, sum[n]);
                 l.colour_scale = std::max(l.colour_scale, brightest(colour));
             });
-        }
-        std::uint32_t shared = 0;
-        for (int n = 0; n < 512; ++n) {
-            if (!std::isfinite(sum[n])) throw Error("the densities of a voxel's parts add to infinity");
+        for (int n = 0; n < 512; ++n)
             if (sum[n] > 0) l.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
-            if (needsList(count[n])) shared += count[n];
-        }
         for (int w = 1; w < 8; ++w) l.before[w] = std::uint16_t(l.before[w - 1] + __builtin_popcountll(l.mask[w - 1]));
-        return l.uniform && shared ? std::uint32_t(m_parts.size()) : shared;
+    }
+
+    static Error badDensity(const VolumePart& part, const Source& source, int n, float density)
+    {
+        const Coord at = source.origin + FloatLeaf::offsetToLocalCoord(n);
+        return Error("grid '" + part.density->getName() + "', voxel (" + std::to_string(at.x()) + ", " + std::to_string(at.y()) + ", " +
+                     std::to_string(at.z()) + "): expected a finite density >= 0, found " + std::to_string(density));
     }
 
     // Records hold the part in 4 bits; a volume of more parts keeps all of its voxels in lists.
-    bool needsList(int parts_here) const { return parts_here > 1 || (m_parts.size() > 15 && parts_here > 0); }
+    static constexpr std::size_t kMostParts = 15;
+    bool needsList(int parts_here) const { return parts_here > 1 || (m_parts.size() > kMostParts && parts_here > 0); }
 
     void fillRecords(std::size_t index, std::uint32_t next)
     {
@@ -255,6 +290,23 @@ private:
             });
     }
 
+    // Frees the leaf's values in all grids. Its topology stays.
+    void empty(const Coord& o) const
+    {
+        const auto drop = [&](auto& tree) {
+            using Leaf = typename std::decay_t<decltype(tree)>::LeafNodeType;
+            Leaf* leaf = tree.probeLeaf(o);
+            if (!leaf) return;
+            typename Leaf::Buffer nothing(openvdb::PartialCreate(), openvdb::zeroVal<typename Leaf::ValueType>());
+            leaf->swap(nothing);
+        };
+        for (const VolumePart& part : m_parts) {
+            drop(part.density->tree());
+            if (part.direction) drop(part.direction->tree());
+            if (part.colour) drop(part.colour->tree());
+        }
+    }
+
     // f(offset, density, direction, colour) for the part's voxels of density other than 0 in the leaf at `o`.
     template <class F>
     void forVoxels(const VolumePart& part, const Coord& o, const F& f) const
@@ -275,12 +327,26 @@ private:
 
     VoxelTree& m_tree;
     const std::vector<VolumePart>& m_parts;
+    const bool m_empties;
     std::vector<Source> m_sources;
     std::map<std::vector<float>, int> m_uniform_leaves;
     std::map<int, int> m_uniform_blocks;
 };
 
 VoxelTree::VoxelTree(const Volume& volume)
+{
+    readTransform(volume);
+    Builder(*this, volume, false).run({});
+}
+
+VoxelTree::VoxelTree(Volume&& volume, const Progress& progress)
+{
+    readTransform(volume);
+    Builder(*this, volume, true).run(progress);
+    volume.parts.clear();
+}
+
+void VoxelTree::readTransform(const Volume& volume)
 {
     if (volume.parts.empty()) throw Error("the volume has no parts: there is nothing to render");
     const openvdb::math::Transform& transform = volume.parts[0].density->transform();
@@ -300,7 +366,10 @@ VoxelTree::VoxelTree(const Volume& volume)
             if (grid && grid->transform() != transform) throw Error("the volume's grids have different transforms; resample them to one");
     m_rotation.setRows(axes[0], axes[1], axes[2]);
     m_origin = transform.indexToWorld(Vec3d(-0.5));
-    for (const VolumePart& part : volume.parts) m_is_fibre.push_back(part.kind == MaterialKind::fibre);
+    for (const VolumePart& part : volume.parts) {
+        m_parts.push_back({part.material, part.kind});
+        m_is_fibre.push_back(part.kind == MaterialKind::fibre);
+    }
     // The mean square of the cosine c between a ray and fibres of spread s about a mean tangent (cosine m) is (m^2 (1-s^2) + s^2) / (1+2s^2).
     // The mean sine is taken as the root of the mean square sine, scaled so that its mean over all rays is pi / 4 for every s.
     for (int code = 0; code < kSpreadCodes; ++code) {
@@ -310,7 +379,6 @@ VoxelTree::VoxelTree(const Volume& volume)
         m_factor_a[code] = a / (mean * mean);
         m_factor_b[code] = b / (mean * mean);
     }
-    Builder(*this, volume).run();
 }
 
 Vec3d VoxelTree::toCorner(const Vec3d& p) const { return m_rotation * (p - m_origin) / m_voxel; }

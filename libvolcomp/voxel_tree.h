@@ -9,12 +9,14 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <openvdb/math/BBox.h>
 #include <openvdb/math/Coord.h>
 
 #include "material.h"
+#include "progress.h"
 #include "vec.h"
 #include "volume.h"
 
@@ -50,6 +52,15 @@ public:
     /// Packs a volume. Throws Error where a density is not finite or is negative, the grids' transforms differ or are not a uniform
     /// scale with rotation and translation, or there are more voxels than 2^32.
     explicit VoxelTree(const Volume& volume);
+    /// The same, emptying each leaf of the grids as soon as it is packed, whoever else holds them. With grids whose leaves are still in the
+    /// file (readVolume(), delayed), the peak is the tree and the grids' topology.
+    explicit VoxelTree(Volume&& volume, const Progress& progress = {});
+
+    struct Part {
+        std::string material;
+        MaterialKind kind;
+    };
+    const std::vector<Part>& parts() const { return m_parts; }
 
     bool empty() const { return m_leaves.empty(); }
     double voxelSize() const { return m_voxel; }
@@ -159,6 +170,7 @@ private:
         std::int32_t part;
     };
     class Builder;
+    void readTransform(const Volume& volume);
 
     static std::uint64_t blockKey(int x, int y, int z)
     {
@@ -193,6 +205,7 @@ private:
     std::vector<float> m_density;          ///< 512 a leaf
     std::vector<std::uint64_t> m_records;
     std::vector<Shared> m_shared;
+    std::vector<Part> m_parts;
     std::vector<char> m_is_fibre;          ///< by part
     std::array<double, 64> m_factor_a{}, m_factor_b{};
     std::uint64_t m_voxels = 0;
