@@ -21,7 +21,7 @@ constexpr double kFineWeight = 0.03;  // of a voxel in its pixel, from which its
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-Material materialOf(const VolumePart& part, const std::vector<Material>& materials)
+Material materialOf(const VoxelTree::Part& part, const std::vector<Material>& materials)
 {
     for (const Material& m : materials)
         if (part.material.empty() ? m.kind == part.kind : m.name == part.material) {
@@ -67,14 +67,19 @@ std::vector<char> seenLeaves(const Integrator& integrator, const VoxelTree& tree
 Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress, RenderStats* stats)
 {
+    return render(VoxelTree(volume), materials, camera, lights, params, progress, stats);
+}
+
+Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
+             const Progress& progress, RenderStats* stats)
+{
     camera.validate();
     params.validate();
     for (const Light& light : lights) light.validate();
     const Crop crop = params.crop.width > 0 ? params.crop : Crop{0, 0, params.width, params.height};
     const double start = seconds();
-    const VoxelTree tree(volume);
     std::vector<Material> part_materials;
-    for (const VolumePart& part : volume.parts) part_materials.push_back(materialOf(part, materials));
+    for (const VoxelTree::Part& part : tree.parts()) part_materials.push_back(materialOf(part, materials));
     Integrator integrator(tree, part_materials, lights, params);
     const CameraRays rays(camera, params.width, params.height);
     std::optional<ShadowSweep> sweep;

@@ -15,20 +15,27 @@
 
 #include <filesystem>
 
+#include "progress.h"
 #include "volume.h"
 
 namespace volcomp {
+
+class VoxelTree;
 
 /// Writes the volume; the file appears under its name when it is complete. `extra` is added to the file's metadata.
 /// Throws Error where the file cannot be written or the volume has no parts.
 void writeVolume(const std::filesystem::path& file, const Volume& volume, const openvdb::MetaMap& extra = {});
 
 /// Reads a volume, also one that no tool of ours made: a lone `density` grid is enough; directions in such a file are
-/// normalised. With `delayed`, leaves are read from the file when they are first touched, which then has to stay in place, and
-/// values are not checked here but left to the caller.
+/// normalised. With `delayed`, leaves are read from the file when they are first touched, values are not checked here but left to
+/// the caller, and a direction that is the same everywhere is the background of a grid without leaves.
 /// Throws Error for a missing, truncated or foreign file, a grid of the wrong type or name, a transform that is not uniform scale and
 /// translation, and for NaN, infinite or negative densities.
 Volume readVolume(const std::filesystem::path& file, bool delayed = false);
+
+/// Reads a volume into the renderer's form, leaf by leaf: the peak is the result and the topology of the file's grids.
+/// Throws Error as readVolume().
+VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progress = {});
 
 /// The metadata of the file itself (not of its grids), as writeVolume's `extra`. Throws Error as readVolume().
 openvdb::MetaMap readVolumeMetadata(const std::filesystem::path& file);

@@ -1,15 +1,21 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
 #include <openvdb/tree/LeafManager.h>
+#include <sys/mman.h>
 #include <tbb/parallel_reduce.h>
 
 #include "error.h"
 #include "vdb_io.h"
 #include "vdb_names.h"
+#include "voxel_tree.h"
 
 namespace volcomp {
 namespace {
@@ -26,7 +32,11 @@ public:
         if (!fs::exists(file, code)) throw fileError(file, "", "a VDB file", "no file", "Check the path; the bake and compose tools make such files.");
         if (!fs::is_regular_file(file, code)) throw fileError(file, "", "a VDB file", "a directory or device");
         if (fs::file_size(file, code) == 0) throw fileError(file, "", "a VDB file", "an empty file");
-        guarded([&] { m_file.open(delayed); });
+        guarded([&] {
+            m_file.setCopyMaxBytes(0); // read from where it is; a file that is replaced meanwhile stays open
+            m_file.open(delayed);
+            if (m_delayed) m_delayed = reachesItsEnd();
+        });
         for (auto name = m_file.beginName(); name != m_file.endName(); ++name) m_names.push_back(*name);
     }
 
@@ -68,6 +78,30 @@ private:
         }
     }
 
+    /// False for a file too old to say. Throws where it ends before its last grid does: leaves behind its end would be read as zeros.
+    bool reachesItsEnd() const
+    {
+        constexpr int kHeader = 8 + 4 + 4 + 4 + 1 + 36; // magic, versions, offsets or not, identifier
+        std::ifstream stream(m_path, std::ios::binary);
+        std::uint32_t versions[3] = {}; // of the format, of the library
+        stream.seekg(8);
+        stream.read(reinterpret_cast<char*>(versions), sizeof versions);
+        if (versions[0] < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) return false;
+        openvdb::io::setVersion(stream, {versions[1], versions[2]}, versions[0]);
+        stream.seekg(kHeader);
+        openvdb::MetaMap().readMeta(stream);
+        std::int32_t grids = 0;
+        stream.read(reinterpret_cast<char*>(&grids), sizeof grids);
+        const auto size = static_cast<std::int64_t>(fs::file_size(m_path));
+        for (int i = 0; i < grids; ++i) {
+            openvdb::io::GridDescriptor grid;
+            grid.read(stream);
+            if (!stream || grid.getEndPos() > size) throw openvdb::IoError(fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
+            grid.seekToEnd(stream);
+        }
+        return true;
+    }
+
     void checkTransform(const openvdb::GridBase& grid, const std::string& name) const
     {
         const auto& t = grid.transform();
@@ -92,6 +126,13 @@ private:
     std::vector<std::string> m_names;
 };
 
+void checkBackground(const Reader& reader, const FloatGrid& grid)
+{
+    if (grid.background() != 0)
+        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()), "0 (a fog volume)", fmt::format("{}", grid.background()),
+                        "Convert level sets to fog volumes first.");
+}
+
 void checkDensity(const Reader& reader, const FloatGrid& grid)
 {
     const auto bad = [](float v) { return !(v >= 0) || !std::isfinite(v); };
@@ -99,9 +140,6 @@ void checkDensity(const Reader& reader, const FloatGrid& grid)
         throw fileError(reader.path(), fmt::format("grid '{}', voxel ({}, {}, {})", grid.getName(), at.x(), at.y(), at.z()),
                         "a finite density >= 0", fmt::format("{}", value));
     };
-    if (bad(grid.background()) || grid.background() != 0)
-        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()), "0 (a fog volume)", fmt::format("{}", grid.background()),
-                        "Convert level sets to fog volumes first.");
     const openvdb::tree::LeafManager<const openvdb::FloatTree> leaves(grid.tree());
     // The first bad voxel in the order of the tree, whatever the threads do.
     const std::size_t first = tbb::parallel_reduce(
@@ -153,7 +191,24 @@ Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatG
     auto grid = reader.read<Vec3SGrid>(name);
     if (!(grid->transform() == density.transform()))
         throw fileError(reader.path(), "grid '" + name + "'", "the transform of '" + density.getName() + "'", "another one");
-    if (!reader.delayed()) clean(*grid, normalise);
+    if (normalise || !reader.delayed()) clean(*grid, normalise);
+    return grid;
+}
+
+/// A grid of one direction. With `delayed` its background says it, and there are no leaves.
+Vec3SGrid::Ptr sharedDirection(const FloatGrid& density, const openvdb::Vec3s& direction, bool delayed)
+{
+    auto grid = Vec3SGrid::create(delayed ? direction : openvdb::Vec3s(0));
+    grid->setTransform(density.transform().copy());
+    if (delayed) return grid;
+    grid->tree().topologyUnion(density.tree());
+    openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid->tree());
+    leaves.foreach([&](auto& leaf, std::size_t) {
+        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(direction);
+    });
+    auto tile = grid->beginValueOn();
+    tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile) tile.setValue(direction);
     return grid;
 }
 
@@ -161,6 +216,7 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
 {
     VolumePart part;
     part.density = reader.read<FloatGrid>("density" + suffix);
+    checkBackground(reader, *part.density);
     if (!reader.delayed()) checkDensity(reader, *part.density);
     part.material = metadata<std::string>(*part.density, kMaterial).value_or("");
     const auto kind = metadata<std::string>(*part.density, kKind);
@@ -171,21 +227,25 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
     if (const std::string name = directionName(part.kind) + suffix; reader.has(name))
         part.direction = readVectors(reader, name, *part.density, !ours);
     else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection)) {
-        part.direction = Vec3SGrid::create(openvdb::Vec3s(0));
-        part.direction->setTransform(part.density->transform().copy());
-        part.direction->tree().topologyUnion(part.density->tree());
-        openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(part.direction->tree());
-        leaves.foreach([&](auto& leaf, std::size_t) {
-            for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(*shared);
-        });
-        auto tile = part.direction->beginValueOn();
-        tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
-        for (; tile; ++tile) tile.setValue(*shared);
+        part.direction = sharedDirection(*part.density, *shared, reader.delayed());
     }
     for (const char* name : {"Cd", "color"})
         if (!part.colour && reader.has(name + suffix)) part.colour = readVectors(reader, name + suffix, *part.density, false);
     if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour)) part.uniform_colour = *colour;
     return part;
+}
+
+/// Takes what was read of the mapped file out of the process's memory; the system keeps it as long as it has room.
+void forgetMappedPages(const fs::path& file)
+{
+    std::error_code code;
+    const std::string name = fs::canonical(file, code).string();
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; std::getline(maps, line);) {
+        unsigned long from = 0, to = 0;
+        if (code || line.size() < name.size() || line.compare(line.size() - name.size(), name.size(), name) != 0) continue;
+        if (std::sscanf(line.c_str(), "%lx-%lx r--s", &from, &to) == 2) madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+    }
 }
 
 } // namespace
@@ -210,6 +270,25 @@ Volume readVolume(const fs::path& file, bool delayed)
         if (!(part.density->transform() == volume.parts[0].density->transform()))
             throw fileError(file, "grid '" + part.density->getName() + "'", "the transform of the other density grids", "another one");
     return volume;
+}
+
+VoxelTree readVoxelTree(const fs::path& file, const Progress& progress)
+{
+    Volume volume = readVolume(file, true);
+    try {
+        double forgotten = 0;
+        return VoxelTree(std::move(volume), [&](double done) {
+            if (done - forgotten > 0.05) {
+                forgotten = done;
+                forgetMappedPages(file);
+            }
+            report(progress, done);
+        });
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& e) {
+        throw Error(file.string() + ": " + e.what());
+    }
 }
 
 openvdb::MetaMap readVolumeMetadata(const fs::path& file) { return Reader(file, true).metadata(); }

@@ -27,7 +27,7 @@ std::uint64_t packDirection(Vec3d d)
 {
     d /= std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]);
     if (d[2] < 0) d = -d;
-    const auto code = [](double u) { return std::uint64_t(std::lround(std::min(1.0, std::max(-1.0, u)) * 2047) + 2047); };
+    const auto code = [](double u) { return std::uint64_t(std::min(1.0, std::max(-1.0, u)) * 2047 + 2047.5); };
     return code(d[0] + d[1]) | code(d[0] - d[1]) << 12;
 }
 
@@ -37,11 +37,11 @@ std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_sca
     const double length = Vec3d(direction).length();
     if (length > 1e-6 && std::isfinite(length)) {
         const double spread = std::min(1.0, std::max(0.0, 1 - length));
-        record = packDirection(direction) | std::uint64_t(std::lround(spread * (VoxelTree::kSpreadCodes - 1))) << 24;
+        record = packDirection(direction) | std::uint64_t(spread * (VoxelTree::kSpreadCodes - 1) + 0.5) << 24;
     }
     for (int c = 0; c < 3; ++c) {
         const double level = colour_scale > 0 && std::isfinite(colour[c]) ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale)) : 0;
-        record |= std::uint64_t(std::lround(std::min(1.0, level) * 1023)) << (30 + 10 * c);
+        record |= std::uint64_t(std::min(1.0, level) * 1023 + 0.5) << (30 + 10 * c);
     }
     return record | std::uint64_t(std::min(part, 14)) << 60;
 }
@@ -84,8 +84,7 @@ public:
         std::size_t done = 0;
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, m_sources.size(), 64), [&](const auto& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                fillDensity(i);
-                fillRecords(i, list[i]);
+                fillRecords(i, fillDensity(i), list[i]);
                 if (m_empties) empty(m_sources[i].origin);
             }
             const std::lock_guard<std::mutex> lock(mutex);
@@ -237,8 +236,11 @@ private:
         return {records, entries};
     }
 
-    void fillDensity(std::size_t index)
+    using Counts = std::array<std::uint8_t, 512>; // of parts in a voxel
+
+    Counts fillDensity(std::size_t index)
     {
+        Counts count{};
         const Source& source = m_sources[index];
         Leaf& l = m_tree.m_leaves[index];
         float* sum = &m_tree.m_density[index * 512];
@@ -249,11 +251,13 @@ private:
                 if (!(density >= 0) || !std::isfinite(density)) throw badDensity(part, source, n, density);
                 sum[n] += density;
                 if (!std::isfinite(sum[n])) throw badDensity(part, source, n, sum[n]);
+                ++count[n];
                 l.colour_scale = std::max(l.colour_scale, brightest(colour));
             });
         for (int n = 0; n < 512; ++n)
             if (sum[n] > 0) l.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
         for (int w = 1; w < 8; ++w) l.before[w] = std::uint16_t(l.before[w - 1] + __builtin_popcountll(l.mask[w - 1]));
+        return count;
     }
 
     static Error badDensity(const VolumePart& part, const Source& source, int n, float density)
@@ -267,12 +271,9 @@ private:
     static constexpr std::size_t kMostParts = 15;
     bool needsList(int parts_here) const { return parts_here > 1 || (m_parts.size() > kMostParts && parts_here > 0); }
 
-    void fillRecords(std::size_t index, std::uint32_t next)
+    void fillRecords(std::size_t index, const Counts& count, std::uint32_t next)
     {
         Leaf& l = m_tree.m_leaves[index];
-        std::array<std::uint8_t, 512> count{};
-        for (const VolumePart& part : m_parts)
-            forVoxels(part, m_sources[index].origin, [&](int n, float, const Vec3f&, const Vec3f&) { ++count[n]; });
         std::array<std::uint32_t, 512> cursor{};
         for (int n = 0; n < (l.uniform ? 1 : 512); ++n) {
             if (!needsList(count[n])) continue;
@@ -315,14 +316,20 @@ private:
         const FloatLeaf* leaf = tree.probeConstLeaf(o);
         float tile = 0;
         if (!leaf && (!tree.probeValue(o, tile) || tile == 0)) return;
-        const VectorLeaf* directions = part.direction ? part.direction->tree().probeConstLeaf(o) : nullptr;
-        const VectorLeaf* colours = part.colour ? part.colour->tree().probeConstLeaf(o) : nullptr;
+        const auto valuesOf = [&](const openvdb::Vec3SGrid::Ptr& grid) -> const Vec3f* {
+            const VectorLeaf* vectors = grid ? grid->tree().probeConstLeaf(o) : nullptr;
+            return vectors ? vectors->buffer().data() : nullptr; // read from the file here, if they still are there
+        };
+        const Vec3f *directions = valuesOf(part.direction), *colours = valuesOf(part.colour);
         const Vec3f direction = part.direction && !directions ? part.direction->tree().getValue(o) : Vec3f(0.0f);
         const Vec3f colour = !part.colour ? part.uniform_colour : !colours ? part.colour->tree().getValue(o) : Vec3f(0.0f);
-        for (int n = 0; n < 512; ++n) {
-            const float density = leaf ? (leaf->isValueOn(n) ? leaf->getValue(n) : 0) : tile;
-            if (density != 0) f(n, density, directions ? directions->getValue(n) : direction, colours ? colours->getValue(n) : colour);
-        }
+        const float* densities = leaf ? leaf->buffer().data() : nullptr;
+        for (int w = 0; w < 8; ++w)
+            for (std::uint64_t mask = leaf ? leaf->valueMask().getWord<std::uint64_t>(w) : ~std::uint64_t(0); mask; mask &= mask - 1) {
+                const int n = w << 6 | __builtin_ctzll(mask);
+                const float density = leaf ? densities[n] : tile;
+                if (density != 0) f(n, density, directions ? directions[n] : direction, colours ? colours[n] : colour);
+            }
     }
 
     VoxelTree& m_tree;

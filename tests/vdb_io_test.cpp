@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "error.h"
+#include "voxel_tree.h"
 
 namespace volcomp {
 namespace {
@@ -188,6 +189,7 @@ TEST_F(VdbIo, everyTruncationIsAnError)
         fs::resize_file(path("cut.vdb"), length);
         const std::string message = messageOf([&] { readVolume(path("cut.vdb")); });
         EXPECT_NE(message.find("cut.vdb"), std::string::npos) << "cut at " << length << " of " << size << ": " << message;
+        EXPECT_NE(messageOf([&] { readVoxelTree(path("cut.vdb")); }).find("cut.vdb"), std::string::npos) << "cut at " << length << " of " << size;
     }
 }
 
@@ -220,6 +222,8 @@ TEST_F(VdbIo, badGridsAreNamed)
         density->tree().setValue(Coord(4, 5, 6), bad);
         writeGrids(path("bad.vdb"), {density});
         EXPECT_NE(messageOf([&] { readVolume(path("bad.vdb")); }).find("voxel (4, 5, 6)"), std::string::npos) << bad;
+        const std::string message = messageOf([&] { readVoxelTree(path("bad.vdb")); });
+        EXPECT_NE(message.find("bad.vdb: grid 'density', voxel (4, 5, 6)"), std::string::npos) << message;
     }
 
     auto stretched = FloatGrid::create(0.0f);
@@ -227,6 +231,37 @@ TEST_F(VdbIo, badGridsAreNamed)
     stretched->setTransform(openvdb::math::Transform::createLinearTransform(openvdb::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
     writeGrids(path("stretched.vdb"), {stretched});
     EXPECT_NE(messageOf([&] { readVolume(path("stretched.vdb")); }).find("cubic voxels"), std::string::npos);
+}
+
+// Leaf by leaf from the file, the tree is the one that the whole volume makes.
+TEST_F(VdbIo, treesAreReadAsVolumesAre)
+{
+    VolumePart leaf = part("leaf", MaterialKind::surface, 3), up = part("up", MaterialKind::fibre, 4);
+    for (auto v = up.direction->beginValueOn(); v; ++v) v.setValue({0, 0.75f, 0}); // no grid in the file
+    leaf.density->fill(openvdb::CoordBBox(Coord(128), Coord(159)), 2.0f);          // tiles
+    writeVolume(path("a.vdb"), {{part("bark", MaterialKind::surface, 2), leaf, up}});
+    const VoxelTree expected(readVolume(path("a.vdb"))), tree = readVoxelTree(path("a.vdb"));
+    ASSERT_EQ(tree.parts().size(), 3u);
+    EXPECT_EQ(tree.parts()[1].material, expected.parts()[1].material);
+    EXPECT_EQ(tree.voxelCount(), expected.voxelCount());
+    ASSERT_EQ(tree.leafCount(), expected.leafCount());
+    std::size_t compared = 0;
+    for (std::size_t l = 0; l < tree.leafCount(); ++l)
+        for (int n = 0; n < 512; ++n) {
+            ASSERT_EQ(tree.densities(l)[n], expected.densities(l)[n]);
+            if (!(tree.densities(l)[n] > 0)) continue;
+            std::vector<VoxelContent> a, b;
+            tree.contents(l, n, [&](const VoxelContent& c) { a.push_back(c); });
+            expected.contents(l, n, [&](const VoxelContent& c) { b.push_back(c); });
+            ASSERT_EQ(a.size(), b.size());
+            for (std::size_t i = 0; i < a.size(); ++i, ++compared) {
+                EXPECT_EQ(a[i].part, b[i].part);
+                EXPECT_EQ(a[i].density, b[i].density);
+                EXPECT_EQ(a[i].direction, b[i].direction);
+                EXPECT_EQ(a[i].colour, b[i].colour);
+            }
+        }
+    EXPECT_GT(compared, 1000u);
 }
 
 TEST_F(VdbIo, nothingIsLeftBehindByAFailure)

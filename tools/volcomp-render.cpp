@@ -11,6 +11,7 @@
 #include "scene.h"
 #include "tool.h"
 #include "vdb_io.h"
+#include "voxel_tree.h"
 
 using namespace volcomp;
 
@@ -83,13 +84,13 @@ int main(int argc, char** argv)
                 throw Error("--crop: expected X,Y,WIDTH,HEIGHT in pixels, such as 100,50,64,64, found '" + crop + "'");
         }
         if (volume_file.empty()) volume_file = outputs[0].parent_path() / "volume.vdb";
-        const Volume volume = tool.stage("load", [&](const Progress&) { return readVolume(volume_file); });
+        const VoxelTree tree = tool.stage("load", [&](const Progress& progress) { return readVoxelTree(volume_file, progress); });
         RenderStats stats;
         const Image image = tool.stage("render", [&](const Progress& progress) {
-            return render(volume, scene.materials, scene.camera, scene.lights, params, progress, &stats);
+            return render(tree, scene.materials, scene.camera, scene.lights, params, progress, &stats);
         });
         tool.stats["settings"] = settingsOf(params);
-        tool.stats["render"] = {{"rays", stats.rays}, {"shadow_rays", stats.shadow_rays}, {"shaded_voxels", stats.shaded_voxels}, {"active_voxels", stats.active_voxels},
+        tool.stats["render"] = {{"rays", stats.rays}, {"shadow_rays", stats.shadow_rays}, {"shaded_voxels", stats.shaded_voxels}, {"active_voxels", stats.active_voxels}, {"volume_bytes", tree.memoryBytes()},
                                 {"prepare_seconds", stats.prepare_seconds}, {"march_seconds", stats.march_seconds}};
         tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels", stats.rays, stats.shadow_rays, stats.shaded_voxels,
                              stats.march_seconds, stats.active_voxels));
