@@ -1,5 +1,6 @@
 # Sourced by scenes/run.sh and tests/run.sh: installs what is missing (apt) and builds the release preset.
 # Quick where there is nothing to do. Sets $root and $bin. Its argument is the target to build.
+# In a copy of scenes/ without the sources around it, the installed programs are used.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bin=$root/build/release/bin
@@ -39,6 +40,13 @@ build() {
     cmake --build "$root/build/release" --target "$1" -- --quiet
 }
 
-mkdir -p "$root/build"
-install_packages
-build "${1:-all}"
+if [ -f "$root/CMakeLists.txt" ]; then
+    mkdir -p "$root/build"
+    install_packages
+    build "${1:-all}"
+elif bin=$(command -v volcomp-bake); then
+    bin=$(dirname "$bin")
+else
+    echo "prepare.sh: expected volcomp's sources around $root/scenes or volcomp-bake on the PATH, found neither; install the package" >&2
+    exit 1
+fi
