@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # Bakes, composes and renders one scene: scenes/run.sh NAME [SIZE]
-# makes out/NAME/NAME.exr and .png from scenes/NAME.toml. Installs and builds what is missing first.
+# makes out/NAME/NAME.exr and .png from scenes/NAME.toml; NAME may be in a folder (tutorial/2_comb). Installs and builds what is missing first.
 # SIZE (WIDTHxHEIGHT) overrides the scene's picture size.
 set -euo pipefail
 scenes=$(cd "$(dirname "$0")" && pwd)
 
-known() { find "$scenes" -maxdepth 1 -name '*.toml' -exec basename {} .toml \; | sort | tr '\n' ' '; }
+known() { (cd "$scenes" && ls ./*.toml tutorial/*.toml | sed -e 's|^\./||' -e 's|\.toml$||' | tr '\n' ' '); }
 if [ $# -lt 1 ] || [ ! -f "$scenes/$1.toml" ]; then
     echo "usage: scenes/run.sh NAME [WIDTHxHEIGHT]; scenes: $(known)" >&2
     exit 2
 fi
 name=$1
+picture=out/$name/$(basename "$name")
 size=${2:+--size $2}
 
 . "$scenes/prepare.sh" programs
@@ -20,12 +21,16 @@ cd "$root"
 # Large pages: volumes are gigabytes; composing them is 1.3 times as fast.
 export GLIBC_TUNABLES=glibc.malloc.hugetlb=1
 
-for script in "$scenes/$name"/make_*.py; do
+maker=$name
+case $name in tutorial/*) maker=hello ;; esac # which stands on the same ball
+for script in "$scenes/$maker"/make_*.py; do
     [ -e "$script" ] || continue
-    stamp=$out/.$(basename "$script").done
+    made=$root/out/$maker
+    mkdir -p "$made"
+    stamp=$made/.$(basename "$script").done
     if [ ! "$stamp" -nt "$script" ] || [ ! "$stamp" -nt "$scenes/making.py" ]; then
         say "making surfaces and maps ($(basename "$script"))"
-        PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 "$script" "$out"
+        PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 "$script" "$made"
         touch "$stamp"
     fi
 done
@@ -35,5 +40,5 @@ say "composing"
 "$bin/volcomp-compose" "scenes/$name.toml" --boxes "out/$name/boxes" -o "out/$name/volume.vdb" --stats "out/$name/compose.json"
 say "rendering"
 # shellcheck disable=SC2086
-"$bin/volcomp-render" "scenes/$name.toml" --volume "out/$name/volume.vdb" $size -o "out/$name/$name.exr" -o "out/$name/$name.png" --stats "out/$name/render.json"
-say "out/$name/$name.png and .exr are ready"
+"$bin/volcomp-render" "scenes/$name.toml" --volume "out/$name/volume.vdb" $size -o "$picture.exr" -o "$picture.png" --stats "out/$name/render.json"
+say "$picture.png and .exr are ready"
