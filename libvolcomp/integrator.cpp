@@ -21,34 +21,46 @@ Integrator::Integrator(const VoxelTree& tree, std::vector<Material> part_materia
         l.position = tree.toCorner(l.position);
         l.direction = tree.directionToCorner(l.direction);
     }
+    for (const Light& l : m_corner_lights) m_light_rays.emplace_back(tree, Vec3d(0.0), -l.direction, 0);
     m_fibre = params.extinction == Extinction::fibre && tree.hasDirectedFibres();
     if (params.filter == Filter::trilinear) m_dual = std::make_shared<DualTree>(tree);
     m_extinction = params.tau * tree.voxelSize();
     m_stop = params.cutoff > 0 && m_extinction > 0 ? -std::log(params.cutoff) / m_extinction : std::numeric_limits<double>::infinity();
 }
 
-double Integrator::depthToLight(const Light& light, const Vec3d& p, RayCounts& counts) const
+// The way to a light and how long it is, voxels.
+Vec3d Integrator::toLight(std::size_t light, const Vec3d& p, double& distance) const
 {
-    const Light& corner_light = m_corner_lights[&light - m_lights.data()];
-    Vec3d L = -corner_light.direction;
-    double distance = std::numeric_limits<double>::infinity();
-    if (light.kind != LightKind::directional) {
-        L = corner_light.position - p;
-        distance = L.length();
-        if (!(distance > 0)) return 0;
-        L /= distance;
-    }
-    ++counts.shadow_rays;
+    const Light& l = m_corner_lights[light];
+    distance = std::numeric_limits<double>::infinity();
+    if (l.kind == LightKind::directional) return -l.direction;
+    const Vec3d L = l.position - p;
+    distance = L.length();
+    return distance > 0 ? L / distance : L;
+}
+
+double Integrator::depthToLight(std::size_t light, const int* cell, const Vec3d& p, RayCounts& counts) const
+{
+    double way, beyond = 0;
+    const Vec3d L = toLight(light, p, way);
+    if (!(way > 0)) return 0;
+    const bool swept = m_sweep && m_sweep->toLight(light, cell, p, L, way, way, beyond);
+    if (!swept) ++counts.shadow_rays;
+    else if (!(way > 0)) return beyond;
     const Vec3d d_world = m_tree.directionToWorld(L);
     const bool sums = m_params.integration == Integration::riemann;
     if (m_dual) {
-        const MarchRay r(*m_dual, p - Vec3d(0.5), L, distance);
-        return sums ? sumDepth(*m_dual, r, d_world) : trilinearDepth(r, d_world);
+        const MarchRay r(*m_dual, p - Vec3d(0.5), L, way);
+        return beyond + (sums ? sumDepth(*m_dual, r, d_world) : trilinearDepth(r, d_world));
     }
-    const MarchRay r(m_tree, p, L, distance);
-    if (sums) return sumDepth(m_tree, r, d_world);
-    if (m_fibre) return m_extinction * lineIntegral<true>(m_tree, r, d_world, m_stop);
-    return m_extinction * lineIntegral<false>(m_tree, r, L, m_stop);
+    if (swept && !sums) {
+        const MarchRay r = m_lights[light].kind == LightKind::directional ? m_light_rays[light].from(p, way) : MarchRay(m_tree, p, L, way).from(p, way);
+        return beyond + m_extinction * (m_fibre ? shortIntegral<true>(m_tree, r, cell, d_world) : shortIntegral<false>(m_tree, r, cell, d_world));
+    }
+    const MarchRay r(m_tree, p, L, way);
+    if (sums) return beyond + sumDepth(m_tree, r, d_world);
+    if (m_fibre) return beyond + m_extinction * lineIntegral<true>(m_tree, r, d_world, m_stop);
+    return beyond + m_extinction * lineIntegral<false>(m_tree, r, L, m_stop);
 }
 
 RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const
@@ -68,21 +80,21 @@ RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch
     return m_fibre ? traceExact<true>(r, direction, scratch) : traceExact<false>(r, direction, scratch);
 }
 
-void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double fine_weight, std::vector<char>& seen) const
+void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, std::vector<float>& seen) const
 {
     const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), std::numeric_limits<double>::infinity());
-    double transmittance = 1;
+    double depth = 0;
     forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
         const float* density = m_tree.densities(span.leaf);
-        double brightest = 0;
+        double greatest = 0;
         forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
             if (!(density[voxel] > 0)) return;
-            const double delta = m_extinction * double(density[voxel]) * (end - t), passes = delta < 0.3 ? 1 - delta + 0.5 * delta * delta : std::exp(-delta);
-            brightest = std::max(brightest, transmittance * (1 - passes));
-            transmittance *= passes;
+            const double delta = m_extinction * double(density[voxel]) * (end - t);
+            greatest = std::max(greatest, std::exp(-depth) * -std::expm1(-delta));
+            depth += delta;
         });
-        if (brightest > 0) seen[span.leaf] = std::max<char>(seen[span.leaf], brightest < fine_weight ? ShadowSweep::coarse : ShadowSweep::fine);
-        return transmittance > m_params.cutoff;
+        seen[span.leaf] = std::max(seen[span.leaf], float(greatest));
+        return depth < (m_fibre ? 1.5 : 1.0) * darkest(); // fibres may cover less than their density says
     });
 }
 
@@ -110,38 +122,57 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
             double delta = m_extinction * rho * (end - t);
             if (fibres) delta *= m_tree.fibreFactor(span.leaf, voxels[i], direction);
             if (delta == 0) continue;
-            ++scratch.counts.shaded_voxels;
             const int cell[3] = {span.cell[0] + (voxels[i] >> 6), span.cell[1] + (voxels[i] >> 3 & 7), span.cell[2] + (voxels[i] & 7)};
             const auto at = [&](double s) { return Vec3d(r.o[0] + r.d[0] * s, r.o[1] + r.d[1] * s, r.o[2] + r.d[2] * s); };
-            Vec3d source;
-            startShading(scratch, source);
-            shade(span.leaf, voxels[i], cell, 1, at(0.5 * (t + end)), V, scratch, source);
-            const double opacity = -std::expm1(-delta);
-            if (m_params.aovs) addAovs(sample, sample.transmittance * opacity, 0.5 * (t + end), scratch);
-            source *= opacity;
-            for (std::size_t l = 0; l < m_lights.size(); ++l) {
-                LightState& light = scratch.lights[l];
-                if (!light.lit) continue;
-                if (m_params.shadows == Shadows::none) {
-                    addLight(sample, l, opacity * light.S, scratch);
-                    continue;
-                }
-                double a, b;
-                if (!m_sweep || !m_sweep->depths(l, span.leaf, voxels[i], cell, at(t), at(end), a, b)) {
-                    a = light.t == t ? light.depth : depthToLight(m_lights[l], at(t), scratch.counts);
-                    b = depthToLight(m_lights[l], at(end), scratch.counts);
-                }
-                light.depth = b;
-                light.t = end;
-                addLight(sample, l, delta * segmentLight(a, delta + b - a) * light.S, scratch);
-            }
-            sample.radiance += sample.transmittance * source;
-            sample.transmittance *= std::exp(-delta);
+            Vec3d ambient;
+            startShading(scratch, ambient);
+            shade(span.leaf, voxels[i], cell, 1, at(0.5 * (t + end)), V, scratch, ambient);
+            addSegment(sample, ambient, delta, cell, at(t), at(end), t, end, scratch);
             if (sample.transmittance < m_params.cutoff) return false;
         }
         return true;
     });
     return sample;
+}
+
+// A segment with the shading in scratch.lights, its light linear in optical depth from p (at t) to q (at end), both in `cell`.
+void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delta, const int* cell, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const
+{
+    ++scratch.counts.shaded_voxels;
+    const double opacity = -std::expm1(-delta);
+    if (m_params.aovs) addAovs(sample, sample.transmittance * opacity, 0.5 * (t + end), scratch);
+    for (std::size_t l = 0; l < m_lights.size(); ++l) {
+        LightState& light = scratch.lights[l];
+        if (!light.lit) continue;
+        if (m_params.shadows == Shadows::none) {
+            addLight(sample, l, opacity * light.S, scratch);
+            continue;
+        }
+        if (m_sweep && addRoughly(sample, l, opacity, cell, 0.5 * (p + q), t, scratch)) continue;
+        const double a = light.t == t ? light.depth : depthToLight(l, cell, p, scratch.counts), b = depthToLight(l, cell, q, scratch.counts);
+        light.depth = b;
+        light.t = end;
+        addLight(sample, l, delta * segmentLight(a, delta + b - a) * light.S, scratch);
+    }
+    sample.radiance += sample.transmittance * opacity * ambient;
+    sample.transmittance *= std::exp(-delta);
+}
+
+// Where little depends on it, or the sweep knows no better: light that is the same in the whole segment.
+bool Integrator::addRoughly(RaySample& sample, std::size_t light, double opacity, const int* cell, const Vec3d& middle, double t, Scratch& scratch) const
+{
+    constexpr double kTrace = 0.001, kReuse = 2; // of a voxel that is a trace, the light is that of another not farther than so many voxels
+    LightState& state = scratch.lights[light];
+    const double weight = sample.transmittance * opacity;
+    if (weight >= kTrace || std::abs(t - state.rough_t) > kReuse) {
+        double distance;
+        const Vec3d L = toLight(light, middle, distance);
+        if (!m_sweep->roughLight(light, cell, middle, L, distance, state.passes, state.fine)) return false;
+        state.rough_t = t;
+    }
+    if (state.fine && weight * state.passes >= ShadowSweep::kFineWeight) return false;
+    addLight(sample, light, opacity * state.passes * state.S, scratch);
+    return true;
 }
 
 void Integrator::addAovs(RaySample& sample, double weight, double t, Scratch& scratch) const

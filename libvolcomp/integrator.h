@@ -38,7 +38,8 @@ public:
     struct LightState { // of one light along a ray
         Vec3d S{0.0};               ///< its strength, falloff and the voxel's reflection, without what lies between
         double depth = 0, t = -1;   ///< optical depth from the ray's point at t to the light
-        bool lit = false;
+        double passes = 0, rough_t = -1e30;   ///< light that passes to the point at rough_t, roughly
+        bool fine = false, lit = false;
     };
     struct Scratch {
         std::vector<LightState> lights;
@@ -50,18 +51,18 @@ public:
     /// Both in world units; the direction is unit length. Zero or non-finite directions see nothing.
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const;
 
-    /// Uses swept light instead of rays, where it has it. The reference must outlive this.
+    /// Uses swept light instead of rays, where it is known. The reference must outlive this.
     void useSweep(const ShadowSweep& sweep) { m_sweep = &sweep; }
 
-    /// Marks the leaves that the ray reaches before the cutoff, as ShadowSweep wants them: fine where a voxel shows with `fine_weight` or more.
-    void markLeaves(const Vec3d& origin, const Vec3d& direction, double fine_weight, std::vector<char>& seen) const;
+    /// Raises the weights of the leaves that the ray reaches before the cutoff, as ShadowSweep wants them.
+    void markLeaves(const Vec3d& origin, const Vec3d& direction, std::vector<float>& seen) const;
     /// The optical depth behind which nothing matters.
     double darkest() const { return m_params.cutoff > 0 ? -std::log(m_params.cutoff) : 12; }
 
     double extinction() const { return m_extinction; }
 
-    /// Optical depth from p to the light.
-    double depthToLight(const Light& light, const Vec3d& p_corner, RayCounts& counts) const;
+    /// Optical depth from p, in voxel `cell` or on its faces, to a light: swept where that is used and known, else along a ray.
+    double depthToLight(std::size_t light, const int* cell, const Vec3d& p_corner, RayCounts& counts) const;
 
 private:
     template <bool kFibre>
@@ -72,7 +73,9 @@ private:
     template <class Tree>
     double sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d_world) const;
     double trilinearDepth(const MarchRay& r, const Vec3d& d_world) const;
-    void addSegment(RaySample& sample, const Vec3d& ambient, double delta, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const;
+    void addSegment(RaySample& sample, const Vec3d& ambient, double delta, const int* cell, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const;
+    bool addRoughly(RaySample& sample, std::size_t light, double opacity, const int* cell, const Vec3d& middle, double t, Scratch& scratch) const;
+    Vec3d toLight(std::size_t light, const Vec3d& p, double& distance) const;
     void addAovs(RaySample& sample, double weight, double t, Scratch& scratch) const;
     void addLight(RaySample& sample, std::size_t light, const Vec3d& source, Scratch& scratch) const;
     void startShading(Scratch& scratch, Vec3d& ambient) const;
@@ -87,6 +90,7 @@ private:
     std::vector<Material> m_materials;
     const std::vector<Light>& m_lights;
     std::vector<Light> m_corner_lights;   ///< position in corner coordinates, direction in grid axes
+    std::vector<MarchRay> m_light_rays;   ///< towards the directional ones
     RenderParams m_params;
     std::vector<Lobe> m_lobes;            ///< 64 a part, by spread code
     double m_extinction;                  ///< optical depth of density 1 over one voxel

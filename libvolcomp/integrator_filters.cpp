@@ -82,34 +82,13 @@ RaySample Integrator::traceTrilinear(const MarchRay& r, const Vec3d& direction, 
                 cornerVoxel(cell, k, v);
                 shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, depths[k] / delta, middle, -direction, scratch, ambient);
             }
-            addSegment(sample, ambient, delta, along(r, t) + half, along(r, end) + half, t, end, scratch);
+            const int at_middle[3] = {int(std::floor(middle[0])), int(std::floor(middle[1])), int(std::floor(middle[2]))};
+            addSegment(sample, ambient, delta, at_middle, along(r, t) + half, along(r, end) + half, t, end, scratch);
             go_on = sample.transmittance >= m_params.cutoff;
         });
         return go_on;
     });
     return sample;
-}
-
-// A segment with the shading in scratch.lights, its light linear in optical depth from p (at t) to q (at end).
-void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delta, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const
-{
-    ++scratch.counts.shaded_voxels;
-    const double opacity = -std::expm1(-delta);
-    if (m_params.aovs) addAovs(sample, sample.transmittance * opacity, 0.5 * (t + end), scratch);
-    for (std::size_t l = 0; l < m_lights.size(); ++l) {
-        LightState& light = scratch.lights[l];
-        if (!light.lit) continue;
-        if (m_params.shadows == Shadows::none) {
-            addLight(sample, l, opacity * light.S, scratch);
-            continue;
-        }
-        const double a = light.t == t ? light.depth : depthToLight(m_lights[l], p, scratch.counts), b = depthToLight(m_lights[l], q, scratch.counts);
-        light.depth = b;
-        light.t = end;
-        addLight(sample, l, delta * segmentLight(a, delta + b - a) * light.S, scratch);
-    }
-    sample.radiance += sample.transmittance * opacity * ambient;
-    sample.transmittance *= std::exp(-delta);
 }
 
 namespace {
@@ -179,9 +158,10 @@ RaySample Integrator::traceSums(const Tree& tree, const MarchRay& r, double shif
         });
         sample.transmittance *= std::exp(-delta);
         if (m_params.aovs) addAovs(sample, sample.transmittance * delta, t, scratch);
+        const int at_p[3] = {int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2]))};
         for (std::size_t l = 0; l < m_lights.size(); ++l)
             if (scratch.lights[l].lit)
-                addLight(sample, l, scratch.lights[l].S * (delta * (m_params.shadows == Shadows::none ? 1 : std::exp(-depthToLight(m_lights[l], p, scratch.counts)))), scratch);
+                addLight(sample, l, scratch.lights[l].S * (delta * (m_params.shadows == Shadows::none ? 1 : std::exp(-depthToLight(l, at_p, p, scratch.counts)))), scratch);
         sample.radiance += sample.transmittance * delta * source;
         return sample.transmittance >= m_params.cutoff;
     });

@@ -41,6 +41,16 @@ public:
         for (int m = 0; m < 8; ++m) step[m] = (m & 1 ? sign[0] * 65536 : 0) + (m & 2 ? sign[1] * 256 : 0) + (m & 4 ? sign[2] : 0);
     }
 
+    /// The same direction from elsewhere, for rays whose origin lies in the volume and that end in it.
+    MarchRay from(const Vec3d& origin, double length) const
+    {
+        MarchRay r = *this;
+        for (int a = 0; a < 3; ++a) r.o[a] = origin[a];
+        r.t0 = 0;
+        r.t1 = length;
+        return r;
+    }
+
     static constexpr double kFar = 1e30;
     double o[3], d[3], inverse[3], t0, t1;
     int sign[3], upper[3];   ///< upper: 1 where the ray leaves a cell through its upper face
@@ -62,6 +72,12 @@ struct CellWalk {
     {
         t = t_start;
         for (int a = 0; a < 3; ++a) place(r, a, int(std::floor(r.o[a] + r.d[a] * t)));
+    }
+    /// At t = 0, in the cell that holds a voxel.
+    void startAt(const MarchRay& r, const int* voxel)
+    {
+        t = 0;
+        for (int a = 0; a < 3; ++a) place(r, a, voxel[a]);
     }
     /// At t, kept inside the parent's cell whatever rounding says.
     template <int kParent>
@@ -158,6 +174,26 @@ inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
 #endif
 }
 
+/// The density's integral over the ray's way through one leaf; `clip` where the ray may end in it.
+template <bool kFibre>
+inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start, double t_end, bool clip, const Vec3d& d_world)
+{
+    const float* density = tree.densities(leaf);
+    const bool fibres = kFibre && tree.leaf(leaf).directed_fibres;
+    double part = 0;
+    if (tree.leaf(leaf).uniform) {
+        part = double(density[0]) * (t_end - start.t);
+        if (fibres) part *= tree.fibreFactor(leaf, 0, d_world);
+    } else if (fibres)
+        forEachVoxel(r, start, [&](int voxel, double t, double end) {
+            if (density[voxel] > 0) part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t) * tree.fibreFactor(leaf, voxel, d_world);
+        });
+    else if (clip)
+        forEachVoxel(r, start, [&](int voxel, double t, double end) { part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t); });
+    else forEachVoxel(r, start, [&](int voxel, double t, double end) { part += double(density[voxel]) * (end - t); });
+    return part;
+}
+
 /// The density's integral along the ray, box filter, in density x voxels; `d_world` is the ray's direction for fibre extinction.
 /// Stops (with what it has) where the integral exceeds `stop`.
 template <bool kFibre>
@@ -165,23 +201,27 @@ double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_wor
 {
     double sum = 0;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
-        const float* density = tree.densities(span.leaf);
-        const VoxelTree::Leaf& leaf = tree.leaf(span.leaf);
-        double part = 0;
-        if (leaf.uniform) {
-            part = double(density[0]) * (span.t_end - span.t);
-            if (kFibre && leaf.directed_fibres) part *= tree.fibreFactor(span.leaf, 0, d_world);
-        } else if (kFibre && leaf.directed_fibres)
-            forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
-                if (density[voxel] > 0) part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t) * tree.fibreFactor(span.leaf, voxel, d_world);
-            });
-        else if (span.t_end < r.t1)
-            forEachVoxel(r, *span.start, [&](int voxel, double t, double end) { part += double(density[voxel]) * (end - t); });
-        else // the ray ends in here
-            forEachVoxel(r, *span.start, [&](int voxel, double t, double end) { part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t); });
-        sum += part;
+        sum += leafIntegral<kFibre>(tree, r, span.leaf, *span.start, span.t_end, span.t_end >= r.t1, d_world);
         return sum < stop;
     });
+    return sum;
+}
+
+/// The same for a ray that begins in voxel `cell` or on its faces, crosses a few leaves at most and has been given its origin and length only.
+template <bool kFibre>
+double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell, const Vec3d& d_world)
+{
+    double sum = 0;
+    CellWalk<kLeafDim> leaves(r);
+    CellWalk<1> voxels(r);
+    for (leaves.startAt(r, cell); leaves.t < r.t1 - 1e-9; leaves.advance(r)) {
+        const double end = std::min(leaves.end(), r.t1);
+        if (end <= leaves.t + 1e-9) continue;
+        const int leaf = tree.leafAt(leaves.cell[0], leaves.cell[1], leaves.cell[2]);
+        if (leaf == VoxelTree::kEmpty) continue;
+        voxels.startInside(r, leaves);
+        sum += leafIntegral<kFibre>(tree, r, leaf, voxels, end, true, d_world);
+    }
     return sum;
 }
 

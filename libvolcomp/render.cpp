@@ -17,7 +17,6 @@ namespace volcomp {
 namespace {
 
 constexpr int kTile = 16;             // pixels
-constexpr double kFineWeight = 0.03;  // of a voxel in its pixel, from which its light is worth nine rays
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -47,17 +46,17 @@ Vec3d samplePosition(int x, int y, int sample, int samples, int width)
 }
 
 // The leaves that show in rays through every other pixel, for the sweep.
-std::vector<char> seenLeaves(const Integrator& integrator, const VoxelTree& tree, const CameraRays& rays, const Crop& crop)
+std::vector<float> seenLeaves(const Integrator& integrator, const VoxelTree& tree, const CameraRays& rays, const Crop& crop)
 {
-    std::vector<char> seen(tree.leafCount(), ShadowSweep::coarse);
-    tbb::enumerable_thread_specific<std::vector<char>> local(seen);
+    std::vector<float> seen(tree.leafCount(), 0);
+    tbb::enumerable_thread_specific<std::vector<float>> local(seen);
     tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
         for (int x = 0; x < crop.width; x += 2) {
             const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
-            integrator.markLeaves(ray.origin, ray.direction, kFineWeight, local.local());
+            integrator.markLeaves(ray.origin, ray.direction, local.local());
         }
     });
-    for (const std::vector<char>& part : local)
+    for (const std::vector<float>& part : local)
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     return seen;
 }

@@ -34,7 +34,7 @@ RenderParams readRender(TableReader& r)
     p.filter = r.choice<Filter>({"filter", "", "density between voxel centres"}, p.filter, {{"box", Filter::box}, {"trilinear", Filter::trilinear}});
     p.extinction = r.choice<Extinction>({"extinction", "", "fibre: a fibre covers less seen end on"}, p.extinction,
                                         {{"isotropic", Extinction::isotropic}, {"fibre", Extinction::fibre}});
-    p.shadows = r.choice<Shadows>({"shadows", "", "light on its way to a voxel: a ray for each shaded voxel and light; swept once through the volume (directional lights, others get rays; 2.4 % off in fur, eight times faster); or not weakened at all"},
+    p.shadows = r.choice<Shadows>({"shadows", "", "light on its way to a voxel: rays for each shaded voxel and light; swept once through the volume (a pixel of fur is 2 % off, eleven times faster); or not weakened at all"},
                                   p.shadows, {{"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}});
     p.cutoff = r.number({"cutoff", "", "rays end where a smaller fraction of light passes; bounds the error relative to the brightest voxel"}, p.cutoff, {0, 0.99});
     p.undirected = r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"}, p.undirected,

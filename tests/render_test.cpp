@@ -102,12 +102,16 @@ TEST(Render, PictureDoesNotDependOnThreads)
 {
     Light light = alongView();
     light.direction = Vec3d(1, -1, -1).unit();
-    Image images[2];
-    for (int i = 0; i < 2; ++i) {
-        const ThreadLimit limit(i == 0 ? 1 : 4);
-        images[i] = render(slab(3), {}, ortho(), {light}, exactParams(50, 40));
+    for (const Shadows shadows : {Shadows::exact, Shadows::sweep}) {
+        RenderParams params = exactParams(50, 40);
+        params.shadows = shadows;
+        Image images[2];
+        for (int i = 0; i < 2; ++i) {
+            const ThreadLimit limit(i == 0 ? 1 : 4);
+            images[i] = render(slab(3), {}, ortho(), {light}, params);
+        }
+        EXPECT_EQ(images[0].pixels, images[1].pixels);
     }
-    EXPECT_EQ(images[0].pixels, images[1].pixels);
 }
 
 // A lit homogeneous slab by the paper's sum (4): right for small steps of optical depth, x / (e^x - 1) of the right answer otherwise.
