@@ -18,10 +18,10 @@ get_property(programs GLOBAL PROPERTY VOLCOMP_PROGRAMS)
 foreach(program ${programs})
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/completions/${program} "complete -F _longopt ${program}\n")
   if(HELP2MAN)
-    set(page ${CMAKE_CURRENT_BINARY_DIR}/man/${program}.1)
+    set(page ${CMAKE_CURRENT_BINARY_DIR}/man/${program}.1.gz)
     add_custom_command(OUTPUT ${page} VERBATIM
       DEPENDS ${program} ${CMAKE_CURRENT_SOURCE_DIR}/cmake/manual.h2m
-      COMMAND sh -c "${HELP2MAN} --no-info --name \"$($1 --help | head -1)\" --include \"$2\" --output \"$3\" \"$1\"" sh
+      COMMAND sh -c "${HELP2MAN} --no-info --name \"$($1 --help | head -1)\" --include \"$2\" \"$1\" | gzip -9n > \"$3\"" sh
               $<TARGET_FILE:${program}> ${CMAKE_CURRENT_SOURCE_DIR}/cmake/manual.h2m ${page})
     list(APPEND pages ${page})
   endif()
@@ -42,6 +42,9 @@ set(CPACK_PACKAGE_CONTACT "the volcomp developers <volcomp@localhost>")
 set(CPACK_COMPONENTS_ALL programs)
 set(CPACK_COMPONENTS_GROUPING ALL_COMPONENTS_IN_ONE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_PACKAGE_DESCRIPTION "Three programs: volcomp-bake grows fur and plants from recursive functions and bakes them into boxes of voxels, volcomp-compose stands
+thousands of them on a surface and adds them into one sparse OpenVDB grid, volcomp-render shades it.")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION ${CPACK_PACKAGE_DESCRIPTION})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)

@@ -7,7 +7,7 @@ writes DIR/land.obj, a height field as far as the camera sees; DIR/roots.obj, th
 grow upright on a slope; ground.png, the ground's colours (soil, moss, grass); and the second densities meadow, oak, birch, spruce,
 dead, bush (.png). A map is 256 x 256 and covers x from -160 to 160, z from -340 to -20: strokes that a brush could have painted.
 haze.png is the factor on colours that distance brings.
-Units are metres, y is up, the camera stands near the origin and looks along -z. Everything follows from the numbers below.
+Units are metres, y is up, the camera stands 45 m behind the origin, on a hill, and looks along -z. Everything follows from the numbers below.
 """
 import math
 import os
@@ -20,7 +20,8 @@ from making import noise, smoothstep, to_bytes, write_png  # noqa: E402
 
 LOW, SIZE = (-160.0, -340.0), 320.0
 NEAR, FAR = 22.0, 340.0
-HALF_ANGLE = 23.5      # of the wedge that is made, degrees
+HALF_ANGLE = 20.5      # of the wedge that is made, degrees
+BACK = 45.0            # from the camera to the origin
 MAP = 256
 
 
@@ -41,7 +42,7 @@ def write_land(path, upright, across=150, along=260):
             f.write("vn 0 1 0\n")
         for j in range(along + 1):
             d = NEAR + (FAR - NEAR) * (j / along) ** 1.4       # finer near the camera
-            x = (math.tan(math.radians(HALF_ANGLE)) * d + 6) * np.linspace(-1, 1, across + 1)
+            x = (math.tan(math.radians(HALF_ANGLE)) * (d + BACK) + 4) * np.linspace(-1, 1, across + 1)
             y = height(x, np.full_like(x, -d))
             f.writelines("v %.4f %.4f %.4f\nvt %.6f %.6f\n" % (px, py, -d, (px - LOW[0]) / SIZE, (-d - LOW[1]) / SIZE) for px, py in zip(x, y))
         corner = "{0}/{0}/1" if upright else "{0}/{0}"
