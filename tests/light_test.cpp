@@ -1,0 +1,67 @@
+// Falloff and cones of the lights against closed forms.
+#include "light.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+using namespace volcomp;
+
+namespace {
+
+Light lamp(LightKind kind)
+{
+    Light light;
+    light.kind = kind;
+    light.position = Vec3d(1, 2, 3);
+    light.direction = Vec3d(0.6, 0, 0.8);
+    return light;
+}
+
+/// The light's weight summed over a sphere of radius r around it: what it emits, in units of its strength.
+double emitted(const Light& light, double r)
+{
+    constexpr int kAcross = 400;
+    double sum = 0;
+    for (int i = 0; i < kAcross; ++i)
+        for (int j = 0; j < 2 * kAcross; ++j) {
+            const double z = (i + 0.5) * 2 / kAcross - 1, s = std::sqrt(1 - z * z), a = (j + 0.5) * kPi / kAcross;
+            sum += illuminate(light, light.position + r * Vec3d(s * std::cos(a), s * std::sin(a), z), 1e-3).weight;
+        }
+    return sum * 4 * kPi * r * r / (kAcross * 2 * kAcross);
+}
+
+} // namespace
+
+TEST(Light, EmitsTheSameThroughEverySphereAroundIt)
+{
+    Light spot = lamp(LightKind::spot);
+    spot.angle = 0.7;
+    spot.soft_angle = 0;
+    for (const double r : {0.1, 1.0, 30.0}) {
+        EXPECT_NEAR(emitted(lamp(LightKind::point), r), 4 * kPi, 1e-9) << r;
+        EXPECT_NEAR(emitted(spot, r), 2 * kPi * (1 - std::cos(0.7)), 3e-3) << r; // the cone's solid angle
+    }
+}
+
+TEST(Light, ASpotsBorderIsHalfAsBrightInItsMiddle)
+{
+    Light spot = lamp(LightKind::spot);
+    spot.direction = Vec3d(0, -1, 0);
+    spot.angle = 0.5;
+    spot.soft_angle = 0.2;
+    const auto at = [&](double angle) { return illuminate(spot, spot.position + Vec3d(std::sin(angle), -std::cos(angle), 0), 1e-3).weight; };
+    EXPECT_DOUBLE_EQ(at(0.29), 1);
+    EXPECT_NEAR(at(0.4), 0.5, 1e-12);
+    EXPECT_DOUBLE_EQ(at(0.51), 0);
+}
+
+TEST(Light, StaysFiniteWhereItStands)
+{
+    for (const LightKind kind : {LightKind::point, LightKind::spot}) {
+        const Light light = lamp(kind);
+        const Illumination here = illuminate(light, light.position, 0.01);
+        EXPECT_NEAR(here.L.length(), 1, 1e-12);
+        EXPECT_NEAR(here.weight, 1e4, 1e-6);
+    }
+}
