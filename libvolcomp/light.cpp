@@ -24,9 +24,10 @@ Illumination illuminate(const Light& light, const Vec3d& p, double closest)
     Vec3d L = light.position - p;
     const double distance = L.length();
     if (distance > 0) L /= distance;
-    else L = light.kind == LightKind::spot ? Vec3d(-light.direction) : Vec3d(0, 1, 0);
+    else L = light.kind == LightKind::point ? Vec3d(0, 1, 0) : Vec3d(-light.direction);
     const double d = std::max(distance, closest);
     double weight = 1 / (d * d);
+    if (light.kind == LightKind::patch) weight *= std::max(0.0, -L.dot(light.direction));
     if (light.kind == LightKind::spot) {
         const double angle = std::acos(std::min(1.0, std::max(-1.0, -L.dot(light.direction))));
         const double soft = std::min(light.soft_angle, light.angle);
@@ -40,11 +41,11 @@ Light readLight(TableReader& r, int index)
 {
     Light l;
     l.name = r.text({"name", "", "of the light's own picture in the EXR"}, "light" + std::to_string(index + 1));
-    l.kind = r.choice<LightKind>({"kind", "", "kind of light"}, l.kind,
-                                 {{"directional", LightKind::directional}, {"point", LightKind::point}, {"spot", LightKind::spot}});
-    l.direction = r.direction({"direction", "", "the way the light travels; directional and spot"}, l.direction);
-    l.position = r.vector({"position", "m", "point and spot"}, l.position);
-    l.strength = r.colour({"strength", "", "what a white diffuse surface that faces it shows; point and spot: at 1 m"}, l.strength);
+    l.kind = r.choice<LightKind>({"kind", "", "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"}, l.kind,
+                                 {{"directional", LightKind::directional}, {"point", LightKind::point}, {"spot", LightKind::spot}, {"patch", LightKind::patch}});
+    l.direction = r.direction({"direction", "", "the way the light travels; all but point"}, l.direction);
+    l.position = r.vector({"position", "m", "all but directional"}, l.position);
+    l.strength = r.colour({"strength", "", "what a white diffuse surface that faces it shows; all but directional: at 1 m"}, l.strength);
     l.angle = kDegree * r.number({"angle_degrees", "degrees", "spot: from its axis to where it is dark"}, 30, {0.01, 90});
     l.soft_angle = kDegree * r.number({"soft_angle_degrees", "degrees", "spot: width of the soft border inside the angle"}, 3, {0, 90});
     r.finish();

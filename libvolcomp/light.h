@@ -10,14 +10,14 @@ namespace volcomp {
 
 class TableReader;
 
-enum class LightKind { directional, point, spot };
+enum class LightKind { directional, point, spot, patch };
 
 struct Light {
     std::string name;
     LightKind kind = LightKind::directional;
-    Vec3d direction{0, -1, 0};    ///< the way the light travels, unit; directional and spot
-    Vec3d position{0, 0, 0};      ///< point and spot
-    Vec3d strength{1, 1, 1};      ///< linear RGB; for point and spot at distance 1
+    Vec3d direction{0, -1, 0};    ///< the way the light travels, unit; directional, spot and patch
+    Vec3d position{0, 0, 0};      ///< point, spot and patch
+    Vec3d strength{1, 1, 1};      ///< linear RGB; for the others than directional at distance 1
     double angle = 0.5;           ///< spot: from its axis to where it is dark, radians
     double soft_angle = 0.05;     ///< spot: width of the border, inside `angle`, radians
 
@@ -32,8 +32,9 @@ struct Illumination {
     double weight;      ///< of the light's strength: falloff and cone, >= 0
 };
 
-/// Point and spot lights fall off with the square of the distance, which is taken as no less than `closest` (> 0): a light inside the volume
-/// stays finite. A spot's border is a smoothstep of the angle over soft_angle.
+/// All but directional lights fall off with the square of the distance, which is taken as no less than `closest` (> 0): a light inside the volume
+/// stays finite. A spot's border is a smoothstep of the angle over soft_angle. A patch is a small flat lamp, such as a window seen from afar: it
+/// shines into the half space before it, with the cosine of the angle from its direction (Lambert's law).
 Illumination illuminate(const Light& light, const Vec3d& p, double closest);
 
 /// Reads one [[light]] table.

@@ -40,6 +40,7 @@ TEST(Light, EmitsTheSameThroughEverySphereAroundIt)
     spot.soft_angle = 0;
     for (const double r : {0.1, 1.0, 30.0}) {
         EXPECT_NEAR(emitted(lamp(LightKind::point), r), 4 * kPi, 1e-9) << r;
+        EXPECT_NEAR(emitted(lamp(LightKind::patch), r), kPi, 1e-4) << r; // the integral of the cosine over the half space
         EXPECT_NEAR(emitted(spot, r), 2 * kPi * (1 - std::cos(0.7)), 3e-3) << r; // the cone's solid angle
     }
 }
@@ -58,7 +59,7 @@ TEST(Light, ASpotsBorderIsHalfAsBrightInItsMiddle)
 
 TEST(Light, StaysFiniteWhereItStands)
 {
-    for (const LightKind kind : {LightKind::point, LightKind::spot}) {
+    for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::patch}) {
         const Light light = lamp(kind);
         const Illumination here = illuminate(light, light.position, 0.01);
         EXPECT_NEAR(here.L.length(), 1, 1e-12);
