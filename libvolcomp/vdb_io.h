@@ -14,6 +14,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "progress.h"
 #include "volume.h"
@@ -39,5 +40,8 @@ VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progr
 
 /// The metadata of the file itself (not of its grids), as writeVolume's `extra`. Throws Error as readVolume().
 openvdb::MetaMap readVolumeMetadata(const std::filesystem::path& file);
+
+/// What tells this file from every other, also from one that is written anew with the same content. Throws Error as readVolume().
+std::string volumeIdentifier(const std::filesystem::path& file);
 
 } // namespace volcomp
