@@ -82,10 +82,10 @@ void composeOnSphere(benchmark::State& state)
     params.voxel = kVoxel;
     std::size_t voxels = 0, bytes = 0;
     for (auto _ : state) {
-        const Volume v = compose(boxes, placements, params);
+        const PackedVolume v = compose(boxes, placements, params);
         state.PauseTiming();
-        voxels = v.parts[0].density->activeVoxelCount();
-        bytes = v.parts[0].density->memUsage() + v.parts[0].direction->memUsage() + v.parts[0].colour->memUsage();
+        voxels = v.voxels();
+        bytes = v.bytes();
         state.ResumeTiming();
     }
     state.counters["placements/s"] = benchmark::Counter(2000.0 * double(state.iterations()), benchmark::Counter::kIsRate);

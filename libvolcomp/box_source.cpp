@@ -27,6 +27,12 @@ void setDirection(SourceVoxel& v, const Vec3f& d)
     v.iso = largest * spread * spread;
 }
 
+void append(SourcePart& s, float x, float y, float z, const SourceVoxel& v)
+{
+    s.x.push_back(x), s.y.push_back(y), s.z.push_back(z);
+    s.voxels.push_back(v);
+}
+
 /// Ends the block that holds the voxels from `begin` on, and widens the part's bounds.
 void closeBlock(SourcePart& s, std::uint32_t begin)
 {
@@ -34,23 +40,50 @@ void closeBlock(SourcePart& s, std::uint32_t begin)
     if (begin == end) return;
     Vec3f low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
     for (std::uint32_t k = begin; k < end; ++k) {
-        const Vec3f p(s.voxels[k].x, s.voxels[k].y, s.voxels[k].z);
+        const Vec3f p(s.x[k], s.y[k], s.z[k]);
         low = openvdb::math::minComponent(low, p);
         high = openvdb::math::maxComponent(high, p);
     }
-    s.blocks.push_back({(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f), begin, end});
+    s.blocks.push_back({{(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f)}, begin, end});
 }
 
+SourceBounds united(const SourceBounds& a, const SourceBounds& b)
+{
+    const Vec3f low = openvdb::math::minComponent(a.centre - a.half, b.centre - b.half), high = openvdb::math::maxComponent(a.centre + a.half, b.centre + b.half);
+    return {(low + high) * 0.5f, (high - low) * 0.5f};
+}
+
+/// The coordinates of a block, bit by bit in turn: sorted by it, neighbours stay together (Morton 1966).
+std::uint64_t mortonKey(const SourceBlock& b)
+{
+    std::uint64_t key = 0;
+    for (int bit = 20; bit >= 0; --bit)
+        for (int i = 0; i < 3; ++i) key = key << 1 | ((static_cast<std::int64_t>(std::floor(b.bounds.centre[i] / 8)) + (1 << 20)) >> bit & 1);
+    return key;
+}
+
+/// Sorts the blocks and finds the bounds of their groups and of all.
 void setBounds(SourcePart& s)
 {
     if (s.blocks.empty()) return;
-    Vec3f low = s.blocks[0].centre - s.blocks[0].half, high = s.blocks[0].centre + s.blocks[0].half;
-    for (const SourceBlock& b : s.blocks) {
-        low = openvdb::math::minComponent(low, b.centre - b.half);
-        high = openvdb::math::maxComponent(high, b.centre + b.half);
+    std::vector<std::pair<std::uint64_t, SourceBlock>> sorted;
+    for (const SourceBlock& b : s.blocks) sorted.emplace_back(mortonKey(b), b);
+    std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<SourceBounds> members;
+    for (std::size_t i = 0; i < sorted.size(); ++i) {
+        s.blocks[i] = sorted[i].second;
+        members.push_back(s.blocks[i].bounds);
     }
-    s.centre = (low + high) * 0.5f;
-    s.half = (high - low) * 0.5f;
+    s.groups.clear();
+    while (members.size() > 1) {
+        std::vector<SourceBounds> group;
+        for (std::size_t i = 0; i < members.size(); ++i)
+            if (i % 8 == 0) group.push_back(members[i]);
+            else group.back() = united(group.back(), members[i]);
+        s.groups.push_back(group);
+        members = std::move(group);
+    }
+    s.bounds = members[0];
 }
 
 } // namespace
@@ -86,14 +119,15 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
             if (!std::isfinite(rho) || rho < 0) throw Error(place + "expected densities that are finite and not negative, found others");
             if (rho == 0) continue;
             const openvdb::Coord c = it.getCoord();
-            SourceVoxel v{float(c[0]), float(c[1]), float(c[2]), rho, {0, 0, 0}, 0, {0, 0, 0}};
+            SourceVoxel v;
+            v.density = rho;
             setDirection(v, direction ? direction->getValue(c) : openvdb::Vec3s(0.0f));
             const openvdb::Vec3s rgb = colour ? colour->getValue(c) : s.colour;
             for (int i = 0; i < 3; ++i) {
                 v.colour[i] = rho * rgb[i];
                 if (!std::isfinite(v.colour[i] + v.v[i])) throw Error(place + "expected finite colours and directions, found others");
             }
-            s.voxels.push_back(v);
+            append(s, float(c[0]), float(c[1]), float(c[2]), v);
         }
         closeBlock(s, begin);
     }
@@ -107,6 +141,7 @@ SourcePart coarsen(const SourcePart& part)
     s.voxel = 2 * part.voxel;
     s.blocks.clear();
     s.voxels.clear();
+    s.x.clear(), s.y.clear(), s.z.clear();
     struct Cell {
         std::int32_t x, y, z;
         std::uint32_t voxel;
@@ -114,7 +149,7 @@ SourcePart coarsen(const SourcePart& part)
     std::vector<Cell> cells;
     for (std::uint32_t k = 0; k < part.voxels.size(); ++k) {
         const auto half = [&](float x) { return static_cast<std::int32_t>(std::floor(double(x) / 2 + part.shift / 2)); };
-        cells.push_back({half(part.voxels[k].x), half(part.voxels[k].y), half(part.voxels[k].z), k});
+        cells.push_back({half(part.x[k]), half(part.y[k]), half(part.z[k]), k});
     }
     const auto blockOf = [](const Cell& c) { return std::array<std::int32_t, 3>{c.x >> 3, c.y >> 3, c.z >> 3}; };
     const auto placeOf = [](const Cell& c) { return std::array<std::int32_t, 3>{c.x, c.y, c.z}; };
@@ -125,24 +160,24 @@ SourcePart coarsen(const SourcePart& part)
     std::uint32_t begin = 0;
     for (std::size_t i = 0; i < cells.size();) {
         std::size_t end = i;
-        SourceVoxel v{0, 0, 0, 0, {0, 0, 0}, 0, {0, 0, 0}};
+        SourceVoxel v;
         SymmetricTensor tensor;
         Vec3d moment(0.0);
         while (end < cells.size() && placeOf(cells[end]) == placeOf(cells[i])) {
-            const SourceVoxel& from = part.voxels[cells[end++].voxel];
+            const std::uint32_t k = cells[end++].voxel;
+            const SourceVoxel& from = part.voxels[k];
             v.density += from.density / 8;
-            moment += Vec3d(from.x, from.y, from.z) * (from.density / 16.0);
+            moment += Vec3d(part.x[k], part.y[k], part.z[k]) * (from.density / 16.0);
             tensor.add(1, Vec3d(from.v[0], from.v[1], from.v[2]));
             tensor.xx += from.iso, tensor.yy += from.iso, tensor.zz += from.iso;
-            for (int k = 0; k < 3; ++k) v.colour[k] += from.colour[k] / 8;
+            for (int c = 0; c < 3; ++c) v.colour[c] += from.colour[c] / 8;
         }
-        v.x = float(moment[0] / v.density), v.y = float(moment[1] / v.density), v.z = float(moment[2] / v.density);
         setDirection(v, Vec3f(principalDirection(tensor).stored()));
         if (i > 0 && blockOf(cells[i]) != blockOf(cells[i - 1])) {
             closeBlock(s, begin);
             begin = static_cast<std::uint32_t>(s.voxels.size());
         }
-        s.voxels.push_back(v);
+        append(s, float(moment[0] / v.density), float(moment[1] / v.density), float(moment[2] / v.density), v);
         i = end;
     }
     closeBlock(s, begin);

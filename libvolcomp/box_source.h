@@ -10,18 +10,22 @@
 
 namespace volcomp {
 
-/// One active voxel. Its directions, as a sum of w t tᵀ with trace `density`, are v vᵀ + iso I: what a direction of length 1 - s stood for
+/// What an active voxel holds. Its directions, as a sum of w t tᵀ with trace `density`, are v vᵀ + iso I: what a direction of length 1 - s stood for
 /// (volume.h), the eigenvalues across it taken as equal.
-struct SourceVoxel {
-    float x, y, z;    ///< centre, voxels of the part
-    float density;    ///< 1 / box length, > 0
-    float v[3], iso;
-    float colour[3];  ///< times density
+struct alignas(16) SourceVoxel {
+    float v[3] = {0, 0, 0}, iso = 0;
+    float colour[3] = {0, 0, 0};  ///< times density
+    float density = 0;            ///< 1 / box length, > 0
+};
+
+/// A cuboid along the box's axes, voxels of the part.
+struct SourceBounds {
+    Vec3f centre, half;
 };
 
 /// The voxels of one leaf of the box's tree.
 struct SourceBlock {
-    Vec3f centre, half;          ///< of the bounds of its voxels' cubes, voxels of the part
+    SourceBounds bounds;         ///< of its voxels' cubes
     std::uint32_t begin, end;    ///< in SourcePart::voxels
 };
 
@@ -33,10 +37,12 @@ struct SourcePart {
     bool has_direction = false;
     bool has_colour = false;     ///< false: `colour` everywhere
     Vec3f colour{1.0f};
-    Vec3f centre{0.0f}, half{0.0f}; ///< bounds of all voxels' cubes
+    SourceBounds bounds{Vec3f(0.0f), Vec3f(0.0f)}; ///< of all voxels' cubes
     float shift = 0.5f;          ///< voxel i holds what lies in [i - shift, i + 1 - shift), voxels of the part
-    std::vector<SourceBlock> blocks;
+    std::vector<SourceBlock> blocks; ///< neighbours in the list are neighbours in space
+    std::vector<std::vector<SourceBounds>> groups; ///< [0]: of each eight blocks; further: of each eight of the groups before
     std::vector<SourceVoxel> voxels;
+    std::vector<float> x, y, z;  ///< centres of the voxels, in voxels of the part
 };
 
 /// Packs the active voxels of positive density. Active tiles become voxels. Throws Error for NaN, infinite or negative densities, and where the grid's

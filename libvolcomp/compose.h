@@ -4,21 +4,13 @@
 #include <vector>
 
 #include "compose_params.h"
-#include "material.h"
+#include "packed_volume.h"
 #include "progress.h"
 #include "scatter.h"
 #include "skin.h"
-#include "volume.h"
+#include "voxel_tint.h"
 
 namespace volcomp {
-
-/// A colour that is looked up at every voxel of a layer's boxes, at the (u,v) of the voxel's own place: by the surface's projection; or, by texture
-/// coordinates, of the nearest point of the surface, which away from seams and borders is sought once for 8^3 voxels of a box and continued linearly.
-/// The pointers must outlive compose(); nulls: no such colour.
-struct VoxelTint {
-    const Surface* surface = nullptr;
-    const Map* colour = nullptr;
-};
 
 /// What is composed beside the boxes.
 struct ComposeExtras {
@@ -32,22 +24,24 @@ struct ComposeExtras {
 /// float rounding) at any voxel size, nothing thin is lost, and a turn by 90 degrees on an aligned grid is exact. Where the target is finer by more than
 /// 1.5, voxels are divided first; where it is coarser by 2 or more, the box's voxels are summed by eights first (coarsen()). Coarser voxels therefore keep the integral, not the mean transmittance; a volume that is to be seen
 /// from far away is composed fine and coarsened by the renderer's level of detail.
-/// Densities sum, colours weighted by density; directions as t tᵀ (VolumePart::direction). Voxels not above params.minimum_density are not kept. There is one part for each
-/// material that a placed box or skin uses; without any, one empty part. The bytes do not depend on threads.
-/// Throws Error for indices out of range, values that are not finite, and volumes beyond 2^25 voxels from the origin.
-Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
-               const Progress& progress = {});
-Volume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
-               const Progress& progress = {});
+/// Densities sum, colours weighted by density; directions as t tᵀ (VolumePart::direction), where the earlier of two equally strong ones is kept. Voxels not above
+/// params.minimum_density are not kept. There is one part for each material that a placed box or skin uses; without any, one empty part. The bytes do not
+/// depend on threads. The result is packed: unpack() makes grids of it, writeVolume() a file.
+/// Throws Error for indices out of range, values that are not finite, and volumes beyond 2^24 voxels from the origin.
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
+                     const Progress& progress = {});
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
+                     const Progress& progress = {});
 
 /// What compose() would need.
 struct ComposeEstimate {
     double voxels = 0;  ///< active
-    double bytes = 0;   ///< the volume and the working memory
+    double bytes = 0;   ///< the packed volume and the working memory
 };
 
-/// Composes up to 48 tiles of 32^3 voxels for each material, spread evenly over the scene, and counts. Where even finding the tiles would take long,
-/// it works at a coarser voxel and multiplies by the cube of the ratio, which is an upper bound.
+/// Composes up to 256 tiles of 16^3 voxels for each material and counts. A tile is drawn the more often the more sources it has, and counts the less, so that
+/// few crowded tiles do not escape. Where even finding the tiles would take long, it works at a coarser voxel and multiplies by the cube of
+/// the ratio, which is an upper bound.
 ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
                                 const ComposeParams& params);
 

@@ -85,17 +85,29 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
     const double area = (c[1].p - c[0].p).cross(c[2].p - c[0].p).length() / 2; // voxels
     if (!(area > 0)) return;
     const double density = -std::log(m_spec.transmittance) * area / voxel;
+    TileAccumulator::Batch batch;
+    int count = 0;
     divide(c[0], c[1], c[2], 1.0, [&](const Corner& p, double share) {
+        for (int i = 0; i < 3; ++i) {
+            batch.low[i][count] = float(p.p[i] - 0.5);
+            if (!TileAccumulator::reaches(batch.low[i][count], 1)) return;
+        }
         const SurfacePoint s = m_surface->at(triangle, p.b1, p.b2);
-        VoxelSum sum;
+        VoxelSum& sum = batch.sum[count];
         sum.density = static_cast<float>(density * share);
         const Vec3f n(s.normal), rgb = colour(s);
-        const float tensor[6] = {n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[0] * n[2], n[1] * n[2]};
-        for (int i = 0; i < 6; ++i) sum.tensor[i] = sum.density * tensor[i];
-        for (int i = 0; i < 3; ++i) sum.colour[i] = sum.density * rgb[i];
-        const float low[3] = {float(p.p[0] - 0.5), float(p.p[1] - 0.5), float(p.p[2] - 0.5)};
-        tile.add(low, 1, sum);
+        for (int i = 0; i < 3; ++i) {
+            sum.diagonal[i] = sum.density * n[i] * n[i];
+            sum.mixed[i] = sum.density * n[i] * n[(i + 1) % 3];
+            sum.colour[i] = sum.density * rgb[i];
+        }
+        batch.index[count] = count;
+        if (++count == TileAccumulator::kBatch) {
+            tile.add(batch, count, 1);
+            count = 0;
+        }
     });
+    tile.add(batch, count, 1);
 }
 
 } // namespace volcomp

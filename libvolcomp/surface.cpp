@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
-#include <queue>
 
 #include <fmt/format.h>
 
@@ -119,49 +116,8 @@ Surface::Surface(Mesh mesh, const MapProjection& projection, const std::string& 
             corners.push_back({first, first + 1, first + 2});
         }
         m_uv_tree = std::make_unique<SurfaceTree>(flat, corners);
-        findSeams();
+        m_walk = SurfaceWalk(m_mesh);
     }
-}
-
-void Surface::findSeams()
-{
-    // Corners at one place with one (u,v) are one vertex; an edge of such vertices that has not two triangles is a seam or a border.
-    using Corner = std::array<double, 5>;
-    std::map<Corner, std::int32_t> number;
-    std::vector<std::array<std::int32_t, 3>> corners(m_mesh.triangles.size());
-    std::vector<Vec3d> place;
-    for (std::size_t t = 0; t < corners.size(); ++t)
-        for (int i = 0; i < 3; ++i) {
-            const Vec3d& p = m_mesh.points[m_mesh.triangles[t][i]];
-            const auto found = number.emplace(Corner{p[0], p[1], p[2], m_mesh.uv[t][i][0], m_mesh.uv[t][i][1]}, static_cast<std::int32_t>(place.size()));
-            if (found.second) place.push_back(p);
-            corners[t][i] = found.first->second;
-        }
-    std::map<std::pair<std::int32_t, std::int32_t>, int> edges;
-    for (const auto& c : corners)
-        for (int i = 0; i < 3; ++i) ++edges[std::minmax(c[i], c[(i + 1) % 3])];
-    std::vector<float> distance(place.size(), std::numeric_limits<float>::infinity());
-    std::vector<std::vector<std::int32_t>> neighbours(place.size());
-    using Step = std::pair<float, std::int32_t>;
-    std::priority_queue<Step, std::vector<Step>, std::greater<Step>> queue; // Dijkstra from the seams, along edges
-    for (const auto& [edge, count] : edges) {
-        neighbours[edge.first].push_back(edge.second);
-        neighbours[edge.second].push_back(edge.first);
-        if (count == 2) continue;
-        for (const std::int32_t v : {edge.first, edge.second})
-            if (distance[v] > 0) queue.push({distance[v] = 0, v});
-    }
-    while (!queue.empty()) {
-        const auto [d, v] = queue.top();
-        queue.pop();
-        if (d > distance[v]) continue;
-        for (const std::int32_t n : neighbours[v])
-            if (const float next = d + static_cast<float>((place[n] - place[v]).length()); next < distance[n]) queue.push({distance[n] = next, n});
-    }
-    // Ways along edges are longer than straight ones, mostly by less than a third.
-    m_seam_distance.resize(corners.size());
-    for (std::size_t t = 0; t < corners.size(); ++t)
-        m_seam_distance[t] = 0.75f * std::min({distance[corners[t][0]], distance[corners[t][1]], distance[corners[t][2]]});
 }
 
 Surface::~Surface() = default;
@@ -253,17 +209,13 @@ std::vector<SurfacePoint> Surface::sheets(const Vec2d& uv) const
     return result;
 }
 
-bool Surface::uvBelow(std::int32_t triangle, const Vec3d& p, Vec2d& uv) const
+Vec2d Surface::uvNear(const Vec3d& p, std::int32_t& triangle) const
 {
-    const auto& c = m_mesh.triangles[triangle];
-    const Vec3d &p0 = m_mesh.points[c[0]], e1 = m_mesh.points[c[1]] - p0, e2 = m_mesh.points[c[2]] - p0, d = p - p0;
-    const double a = e1.dot(e1), b = e1.dot(e2), f = e2.dot(e2), x = d.dot(e1), y = d.dot(e2), determinant = a * f - b * b;
-    if (!(determinant > 0)) return false;
-    const double b1 = (f * x - b * y) / determinant, b2 = (a * y - b * x) / determinant;
-    if (b1 < 0 || b2 < 0 || b1 + b2 > 1) return false;
+    if (triangle < 0) triangle = m_tree->nearest(p).triangle;
+    const SurfaceWalk::Foot foot = m_walk.nearest(m_mesh, p, triangle);
+    triangle = foot.triangle;
     const auto& corners = m_mesh.uv[triangle];
-    uv = Vec2d(corners[0]) * (1 - b1 - b2) + Vec2d(corners[1]) * b1 + Vec2d(corners[2]) * b2;
-    return true;
+    return Vec2d(corners[0]) * (1 - foot.b1 - foot.b2) + Vec2d(corners[1]) * foot.b1 + Vec2d(corners[2]) * foot.b2;
 }
 
 bool Surface::hides(const Vec3d& eye, const Vec3d& p) const
@@ -276,13 +228,6 @@ bool Surface::hides(const Vec3d& eye, const Vec3d& p) const
 SurfacePoint Surface::nearest(const Vec3d& p) const
 {
     const SurfaceTree::Nearest found = m_tree->nearest(p);
-    return onLine(found.triangle, found.position);
-}
-
-SurfacePoint Surface::nearest(const Vec3d& p, Walk& last) const
-{
-    const SurfaceTree::Nearest before{last.position, last.triangle, last.internal}, found = m_tree->nearest(p, &before);
-    last = {found.position, found.triangle, found.internal};
     return onLine(found.triangle, found.position);
 }
 

@@ -9,6 +9,7 @@
 #include "map.h"
 #include "map_projection.h"
 #include "mesh.h"
+#include "surface_walk.h"
 #include "terrain.h"
 #include "vec.h"
 
@@ -77,22 +78,12 @@ public:
 
     /// The nearest point of the surface.
     SurfacePoint nearest(const Vec3d& p) const;
-    /// The same for a walk from point to point; `last` holds what the next step starts from, and may be empty at first.
-    struct Walk {
-        Vec3d position{0.0};
-        std::int32_t triangle = -1, internal = -1;
-    };
-    SurfacePoint nearest(const Vec3d& p, Walk& last) const;
-
-    /// Texture coordinates of the foot of `p` on a triangle's plane; false where the foot lies outside of the triangle.
-    bool uvBelow(std::int32_t triangle, const Vec3d& p, Vec2d& uv) const;
+    /// Texture coordinates of the surface's point near `p` that a walk from `triangle` finds (SurfaceWalk); moves `triangle` there. From -1 it starts at the
+    /// nearest point of all. Only by texture coordinates, and where the mesh has them.
+    Vec2d uvNear(const Vec3d& p, std::int32_t& triangle) const;
 
     /// True where the surface cuts the way from `eye` to `p` before the last thousandth of it.
     bool hides(const Vec3d& eye, const Vec3d& p) const;
-
-    /// A lower bound, to about a tenth, of the distance from a triangle to where texture coordinates break off: at seams and open edges, along the surface.
-    /// Infinite where there are none.
-    double seamDistance(std::int32_t triangle) const { return m_seam_distance.empty() ? 0 : m_seam_distance[triangle]; }
 
     /// Gradients of u and v along the surface, 1/length. Zero where undefined.
     struct UvGradient {
@@ -103,12 +94,11 @@ public:
 
 private:
     SurfacePoint onLine(std::int32_t triangle, const Vec3d& position) const;
-    void findSeams();
     Mesh m_mesh;
     MapProjection m_projection;
     std::vector<std::int32_t> m_order; ///< triangles along the curve
     std::vector<double> m_area;        ///< running sum along m_order
-    std::vector<float> m_seam_distance; ///< of each triangle, by texture coordinates
+    SurfaceWalk m_walk;                ///< where there are texture coordinates
     std::unique_ptr<SurfaceTree> m_tree, m_uv_tree;
 };
 

@@ -47,17 +47,11 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3d>& points, const std::vector<std
 SurfaceTree::~SurfaceTree() = default;
 SurfaceTree::SurfaceTree(SurfaceTree&&) noexcept = default;
 
-SurfaceTree::Nearest SurfaceTree::nearest(const Vec3d& p, const Nearest* near_by) const
+SurfaceTree::Nearest SurfaceTree::nearest(const Vec3d& p) const
 {
-    if (m_impl->triangles.empty()) return {p, -1, -1};
-    const Kernel::Point_3 query(p[0], p[1], p[2]);
-    Tree::Point_and_primitive_id found;
-    if (near_by && near_by->internal >= 0) {
-        const Vec3d& h = near_by->position;
-        found = m_impl->tree.closest_point_and_primitive(query, {Kernel::Point_3(h[0], h[1], h[2]), m_impl->triangles.cbegin() + near_by->internal});
-    } else found = m_impl->tree.closest_point_and_primitive(query);
-    const auto internal = static_cast<std::int32_t>(found.second - m_impl->triangles.cbegin());
-    return {Vec3d(found.first.x(), found.first.y(), found.first.z()), m_impl->original[internal], internal};
+    if (m_impl->triangles.empty()) return {p, -1};
+    const auto found = m_impl->tree.closest_point_and_primitive(Kernel::Point_3(p[0], p[1], p[2]));
+    return {Vec3d(found.first.x(), found.first.y(), found.first.z()), m_impl->original[found.second - m_impl->triangles.cbegin()]};
 }
 
 std::vector<SurfaceTree::Hit> SurfaceTree::crossings(const Vec3d& origin, const Vec3d& direction, bool ray) const

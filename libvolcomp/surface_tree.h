@@ -20,10 +20,8 @@ public:
     struct Nearest {
         Vec3d position;
         std::int32_t triangle = -1; ///< -1: there is no triangle with an area
-        std::int32_t internal = -1; ///< for `near_by`
     };
-    /// `near_by`, an answer for a point close to `p`, makes the search short; it does not change the distance found.
-    Nearest nearest(const Vec3d& p, const Nearest* near_by = nullptr) const;
+    Nearest nearest(const Vec3d& p) const;
 
     struct Hit {
         double t;              ///< position = origin + t direction

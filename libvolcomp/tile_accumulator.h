@@ -1,53 +1,65 @@
-// Sums density, directions and colour over 32^3 voxels: the working memory of compose(), one for each thread.
+// Sums density, directions and colour over 16^3 voxels: the working memory of compose(), one for each thread.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-#include <openvdb/openvdb.h>
+#include "packed_volume.h"
 
 namespace volcomp {
 
-/// What is added to a voxel. `tensor` is the sum of w t tᵀ, its trace the density; `colour` is times density. Twelve floats, so that three
-/// SSE registers hold it.
-struct alignas(16) VoxelSum {
+/// What is added to a voxel, and what a voxel has: a cache line, its used part three SSE registers.
+struct alignas(32) VoxelSum {
+    float diagonal[3] = {0, 0, 0}; ///< xx, yy, zz of the sum of w t tᵀ; the trace is the density
     float density = 0;
-    float tensor[6] = {0, 0, 0, 0, 0, 0}; ///< xx, yy, zz, xy, xz, yz
-    float colour[3] = {0, 0, 0};
-    float unused[2] = {0, 0};
+    float mixed[3] = {0, 0, 0};    ///< xy, yz, zx
+    float unused = 0;
+    float colour[3] = {0, 0, 0};   ///< times density
+    float unused_too = 0;
 };
+static_assert(sizeof(VoxelSum) == 64);
 
 class TileAccumulator {
 public:
-    static constexpr int kLog2 = 5, kSize = 1 << kLog2;                 ///< voxels along an edge
-    static constexpr int kBlocks = (kSize / 8) * (kSize / 8) * (kSize / 8);
+    static constexpr int kLog2 = 4, kSize = 1 << kLog2; ///< voxels along an edge; with 5 the cells (3 MB) leave the second cache: adding took 1.8 x as long
+    static constexpr int kBatch = 64;                   ///< voxels that are added at a time, at most
 
     TileAccumulator();
+    ~TileAccumulator();
 
-    /// Adds `what` to the cells that the cube [low, low + width]³ overlaps, times the overlap's volume in cells. Coordinates are the tile's: cell i is
-    /// [i, i+1). Parts outside of the tile are left out: they belong to the neighbour. 0 < width <= 2.
-    void add(const float low[3], float width, const VoxelSum& what);
-
-    /// What finish() makes of 8^3 voxels; null where the caller asked for no such grid.
-    struct Leaves {
-        openvdb::FloatTree::LeafNodeType* density = nullptr;
-        openvdb::Vec3STree::LeafNodeType* direction = nullptr;
-        openvdb::Vec3STree::LeafNodeType* colour = nullptr;
+    /// Cubes to add. Coordinates are the tile's: cell i is [i, i+1).
+    struct Batch {
+        float low[3][kBatch];        ///< lowest corner, x y z
+        std::int32_t index[kBatch];  ///< of the cubes that are to be added
+        VoxelSum sum[kBatch];        ///< by that index, as `low`
     };
-    /// Makes leaves of all voxels whose density is above `minimum` (and above 0), and clears the sums. `origin`: the tile's first voxel.
-    /// The leaves belong to the caller.
-    std::vector<Leaves> finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour);
+
+    /// Adds the cubes [low, low + width]³ of the first `count` of batch.index, each times its overlap with a cell in cells. Every cube must
+    /// reach into the tile; what it has outside belongs to the neighbour and is left out. 0 < width <= 2.
+    void add(const Batch& batch, int count, float width);
+
+    /// Whether a cube reaches into the tile along one axis.
+    static bool reaches(float low, float width) { return low + width > 0 && low < kSize; }
+
+    /// Appends blocks of all voxels whose density is above `minimum` (and above 0), with directions and colours if asked for, and clears the sums.
+    /// `origin`: the tile's first voxel.
+    void finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour, VoxelStore& store, std::vector<PackedBlock>& blocks);
 
 private:
-    Leaves finishBlock(VoxelSum* sums, const openvdb::Coord& origin, float minimum, bool direction, bool colour);
+    /// Cells of a cube that starts in the tile or reaches into it may lie this far outside; they are summed and never looked at.
+    static constexpr int kMargin = 2, kAcross = kSize + 2 * kMargin;
+
+    struct Channels;
+    int gatherBlock(VoxelSum* cells, float minimum, std::array<std::uint64_t, 8>& mask, Channels& c) const;
 
     struct Free {
-        void operator()(VoxelSum* p) const { ::operator delete[](p, std::align_val_t(64)); }
+        void operator()(void* p) const;
     };
-    std::unique_ptr<VoxelSum[], Free> m_sums; ///< block after block, in each the order of an OpenVDB leaf
-    bool m_touched[kBlocks] = {};
-    std::int32_t m_x[kSize], m_y[kSize], m_z[kSize]; ///< a cell's place is the sum of its coordinates' offsets
+    std::unique_ptr<VoxelSum[], Free> m_cells;      ///< z runs fastest
+    std::uint64_t m_touched[kAcross * kAcross] = {}; ///< bit z of row (x, y)
+    std::unique_ptr<Channels> m_channels;
 };
 
 } // namespace volcomp

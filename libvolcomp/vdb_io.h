@@ -14,17 +14,18 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
+#include "packed_volume.h"
 #include "progress.h"
-#include "volume.h"
 
 namespace volcomp {
 
 class VoxelTree;
 
 /// Writes the volume; the file appears under its name when it is complete. `extra` is added to the file's metadata.
+/// Active tiles become voxels, and values of inactive voxels are dropped. Leaves are compressed in parallel; their bytes do not depend on the number of threads.
 /// Throws Error where the file cannot be written or the volume has no parts.
+void writeVolume(const std::filesystem::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra = {});
 void writeVolume(const std::filesystem::path& file, const Volume& volume, const openvdb::MetaMap& extra = {});
 
 /// Reads a volume, also one that no tool of ours made: a lone `density` grid is enough; directions in such a file are
@@ -40,8 +41,5 @@ VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progr
 
 /// The metadata of the file itself (not of its grids), as writeVolume's `extra`. Throws Error as readVolume().
 openvdb::MetaMap readVolumeMetadata(const std::filesystem::path& file);
-
-/// What tells this file from every other, also from one that is written anew with the same content. Throws Error as readVolume().
-std::string volumeIdentifier(const std::filesystem::path& file);
 
 } // namespace volcomp

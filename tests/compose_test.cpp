@@ -95,6 +95,11 @@ double massOf(const VolumePart& part)
     return sum * std::pow(part.density->voxelSize()[0], 3);
 }
 
+Volume composed(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params)
+{
+    return unpack(compose(boxes, placements, params));
+}
+
 ComposeParams voxel(double size)
 {
     ComposeParams p;
@@ -105,7 +110,7 @@ ComposeParams voxel(double size)
 TEST(Compose, anAlignedBoxIsCopiedExactly)
 {
     const Box box = strands(16, 24, 12, 0.01, 1);
-    const Volume v = compose({box}, {turned({0, 1, 0}, 0, {0.05, -0.11, 0.33})}, voxel(0.01));
+    const Volume v = composed({box}, {turned({0, 1, 0}, 0, {0.05, -0.11, 0.33})}, voxel(0.01));
     ASSERT_EQ(v.parts.size(), 1u);
     EXPECT_EQ(v.parts[0].density->activeVoxelCount(), box.volume.parts[0].density->activeVoxelCount());
     const auto& from = box.volume.parts[0];
@@ -114,7 +119,7 @@ TEST(Compose, anAlignedBoxIsCopiedExactly)
         EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(c), *it);
         const auto d = v.parts[0].direction->tree().getValue(c), e = from.direction->tree().getValue(it.getCoord());
         EXPECT_GT(std::abs(d.dot(e)), 0.999f);
-        EXPECT_LT((v.parts[0].colour->tree().getValue(c) - from.colour->tree().getValue(it.getCoord())).length(), 1e-5f);
+        EXPECT_LT((v.parts[0].colour->tree().getValue(c) - from.colour->tree().getValue(it.getCoord())).length(), 1e-3f); // half floats
     }
 }
 
@@ -125,7 +130,7 @@ TEST(Compose, aQuarterTurnAboutAnAxisIsExact)
     for (const Vec3d axis : {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)})
         for (int quarters = 1; quarters < 4; ++quarters) {
             const Placement p = turned(axis, quarters * kPi / 2, {1.23, 0, -4.56});
-            const Volume v = compose({box}, {p}, voxel(0.01));
+            const Volume v = composed({box}, {p}, voxel(0.01));
             ASSERT_EQ(v.parts[0].density->activeVoxelCount(), from.density->activeVoxelCount());
             for (auto it = from.density->cbeginValueOn(); it; ++it) {
                 const Coord c = it.getCoord();
@@ -146,7 +151,7 @@ TEST(Compose, theIntegralOfDensityIsKeptAtAnyVoxelSize)
     for (const double ratio : {0.25, 0.4, 0.7, 1.0, 1.3, 2.0, 4.0, 50.0})
         for (int k = 0; k < 4; ++k) {
             Placement p = randomPlacement(hashKey(7, k), 1.0);
-            const Volume v = compose({box}, {p}, voxel(0.01 * ratio));
+            const Volume v = composed({box}, {p}, voxel(0.01 * ratio));
             // Density is 1 / length: scaled by s, a box holds s^2 of its integral.
             const double expected = before * p.scale * p.scale;
             EXPECT_NEAR(massOf(v.parts[0]) / expected, 1, 2e-5) << "voxel " << ratio << " of the box's";
@@ -199,7 +204,7 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
                         }
             }
     }
-    const Volume v = compose(boxes, placements, voxel(h));
+    const Volume v = composed(boxes, placements, voxel(h));
     double total = 0, difference = 0, colours = 0, angles = 0;
     for (const auto& [c, s] : reference) {
         const double rho = v.parts[0].density->tree().getValue(c);
@@ -227,7 +232,7 @@ TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
     box.volume.parts.push_back(emptyPart(0.1));
     set(box.volume.parts[0], Coord(0, 0, 0), 5, {0, 1, 0}, Vec3f(1.0f));
     const auto directionOf = [&](std::vector<Placement> p) {
-        const Volume v = compose({box}, p, voxel(0.1));
+        const Volume v = composed({box}, p, voxel(0.1));
         return Vec3d(v.parts[0].direction->tree().getValue(Coord(0, 0, 0)));
     };
     const Placement up = turned({0, 0, 1}, 0, Vec3d(0.0)), down = turned({0, 0, 1}, kPi, Vec3d(0.0));
@@ -239,13 +244,37 @@ TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
     EXPECT_NEAR(std::abs(directionOf({up, up, x})[1]), 0.5, 1e-3);
 }
 
+TEST(Compose, ofTwoEquallyStrongDirectionsTheEarlierIsKept)
+{
+    Box box{"one", 0, {}};
+    box.volume.parts.push_back(emptyPart(0.1));
+    set(box.volume.parts[0], Coord(0, 0, 0), 5, {0, 1, 0}, Vec3f(1.0f));
+    const Vec3d axes[3] = {{0, 0, 1}, {1, 0, 0}, {1, 1, 1}};
+    for (int first = 0; first < 3; ++first)
+        for (int second = 0; second < 3; ++second) {
+            // The fibre turned about an axis by 90 degrees and back again: at right angles, in both orders.
+            const Placement a = turned(axes[first], 0, Vec3d(0.0)), b = turned(axes[second], kPi / 2, Vec3d(0.0));
+            if (std::abs(a.y_axis.dot(b.y_axis)) > 0.1f) continue;
+            for (const auto& [one, two] : {std::make_pair(a, b), std::make_pair(b, a)}) {
+                std::vector<Placement> placements(20, randomPlacement(1, 0.0)); // elsewhere, in the same tile
+                for (Placement& p : placements) p.position = Vec3d(0.5, 0.5, 0.5);
+                placements[7] = one;
+                placements[8] = two;
+                const Volume v = composed({box}, placements, voxel(0.1));
+                const Vec3f d = v.parts[0].direction->tree().getValue(Coord(0, 0, 0));
+                EXPECT_GT(std::abs(d.dot(one.y_axis)), 0.99f * d.length());
+                EXPECT_NEAR(d.length(), 1 - std::sqrt(0.5), 1e-3);
+            }
+        }
+}
+
 TEST(Compose, aSpreadThatABoxHoldsIsKept)
 {
     Box box{"one", 0, {}};
     box.volume.parts.push_back(emptyPart(0.1));
     set(box.volume.parts[0], Coord(0, 0, 0), 5, Vec3f(0.0f, 0.7f, 0.0f), Vec3f(1.0f));
-    const Volume v = compose({box}, {turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), turned({0, 0, 1}, kPi / 2, Vec3d(0.0))}, voxel(0.1));
-    EXPECT_NEAR(std::abs(v.parts[0].direction->tree().getValue(Coord(0, 0, 0))[0]), 0.7, 1e-4);
+    const Volume v = composed({box}, {turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), turned({0, 0, 1}, kPi / 2, Vec3d(0.0))}, voxel(0.1));
+    EXPECT_NEAR(std::abs(v.parts[0].direction->tree().getValue(Coord(0, 0, 0))[0]), 0.7, 5e-4);
 }
 
 TEST(Compose, transmittanceThroughAScaledBoxIsTheOriginals)
@@ -257,7 +286,7 @@ TEST(Compose, transmittanceThroughAScaledBoxIsTheOriginals)
         for (int y = 0; y < 20; ++y)
             for (int z = 0; z < 20; ++z) set(box.volume.parts[0], Coord(x, y, z), 7, {0, 1, 0}, Vec3f(1.0f));
     for (const float scale : {0.5f, 1.0f, 1.7f, 3.0f}) {
-        const Volume v = compose({box}, {turned({0, 1, 0}, 0, Vec3d(0.0), scale)}, voxel(0.01));
+        const Volume v = composed({box}, {turned({0, 1, 0}, 0, Vec3d(0.0), scale)}, voxel(0.01));
         const int middle = int(10 * scale);
         double depth = 0;
         for (int z = -5; z < 80; ++z) depth += v.parts[0].density->tree().getValue(Coord(middle, middle, z)) * 0.01;
@@ -285,11 +314,11 @@ TEST(Compose, theBytesAreTheSameForAnyNumberOfThreads)
     std::string one, many;
     {
         const ThreadLimit limit(1);
-        one = bytesOf(compose(boxes, placements, voxel(0.01)));
+        one = bytesOf(composed(boxes, placements, voxel(0.01)));
     }
     {
         const ThreadLimit limit(4);
-        many = bytesOf(compose(boxes, placements, voxel(0.01)));
+        many = bytesOf(composed(boxes, placements, voxel(0.01)));
     }
     EXPECT_TRUE(one == many);
     EXPECT_GT(one.size(), 100000u);
@@ -303,13 +332,13 @@ TEST(Compose, materialsKeepApartAndAVolumeOfOneHasOnePart)
     tree.volume.parts[1].kind = MaterialKind::surface;
     set(tree.volume.parts[0], Coord(0, 0, 0), 3, {0, 1, 0}, Vec3f(1.0f));
     set(tree.volume.parts[1], Coord(0, 0, 0), 5, {1, 0, 0}, Vec3f(1.0f));
-    const Volume v = compose({tree}, {Placement{}}, voxel(0.1));
+    const Volume v = composed({tree}, {Placement{}}, voxel(0.1));
     ASSERT_EQ(v.parts.size(), 2u);
     EXPECT_EQ(v.parts[0].material, "bark");
     EXPECT_EQ(v.parts[1].kind, MaterialKind::surface);
     EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(Coord(0, 0, 0)), 3);
     EXPECT_FLOAT_EQ(v.parts[1].density->tree().getValue(Coord(0, 0, 0)), 5);
-    EXPECT_EQ(compose({strands(8, 8, 3, 0.1, 1)}, {Placement{}}, voxel(0.1)).parts.size(), 1u);
+    EXPECT_EQ(composed({strands(8, 8, 3, 0.1, 1)}, {Placement{}}, voxel(0.1)).parts.size(), 1u);
 }
 
 TEST(Compose, oneColourEverywhereIsNoGrid)
@@ -319,12 +348,12 @@ TEST(Compose, oneColourEverywhereIsNoGrid)
     box.volume.parts[0].uniform_colour = Vec3f(0.5f, 0.25f, 0.125f);
     Placement p;
     p.tint = Vec3f(0.5f);
-    const Volume v = compose({box}, {p, p}, voxel(0.1));
+    const Volume v = composed({box}, {p, p}, voxel(0.1));
     EXPECT_EQ(v.parts[0].colour, nullptr);
     EXPECT_EQ(v.parts[0].uniform_colour, Vec3f(0.25f, 0.125f, 0.0625f));
     Placement other = p;
     other.tint = Vec3f(0.25f);
-    EXPECT_NE(compose({box}, {p, other}, voxel(0.1)).parts[0].colour, nullptr);
+    EXPECT_NE(composed({box}, {p, other}, voxel(0.1)).parts[0].colour, nullptr);
 }
 
 TEST(Compose, voxelsBelowTheMinimumAreNotKept)
@@ -332,9 +361,9 @@ TEST(Compose, voxelsBelowTheMinimumAreNotKept)
     const Box box = strands(16, 20, 10, 0.01, 8);
     const Placement p = randomPlacement(3, 0.1);
     ComposeParams params = voxel(0.01);
-    const std::size_t all = compose({box}, {p}, params).parts[0].density->activeVoxelCount();
+    const std::size_t all = composed({box}, {p}, params).parts[0].density->activeVoxelCount();
     params.minimum_density = 5;
-    const Volume v = compose({box}, {p}, params);
+    const Volume v = composed({box}, {p}, params);
     EXPECT_LT(v.parts[0].density->activeVoxelCount(), all);
     for (auto it = v.parts[0].density->cbeginValueOn(); it; ++it) EXPECT_GT(*it, 5);
 }
@@ -345,7 +374,7 @@ TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)
     const Box box = strands(16, 20, 10, 0.01, 9);
     Placement p = randomPlacement(5, 0.1), far = p;
     far.position += Vec3d(1e6, -1e6, 1e6) * 0.01;
-    const Volume near_volume = compose({box}, {p}, voxel(0.01)), far_volume = compose({box}, {far}, voxel(0.01));
+    const Volume near_volume = composed({box}, {p}, voxel(0.01)), far_volume = composed({box}, {far}, voxel(0.01));
     double difference = 0, total = 0;
     for (auto it = near_volume.parts[0].density->cbeginValueOn(); it; ++it) {
         total += *it;
@@ -359,20 +388,20 @@ TEST(Compose, activeTilesOfABoxCountAsVoxels)
     Box box{"tile", 0, {}};
     box.volume.parts.push_back(emptyPart(0.1));
     box.volume.parts[0].density->tree().addTile(1, Coord(0, 0, 0), 2.0f, true);
-    const Volume v = compose({box}, {Placement{}}, voxel(0.1));
+    const Volume v = composed({box}, {Placement{}}, voxel(0.1));
     EXPECT_EQ(v.parts[0].density->activeVoxelCount(), 512u);
     EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(Coord(7, 7, 7)), 2);
 }
 
 TEST(Compose, emptyInputsGiveOneEmptyPart)
 {
-    const Volume v = compose({}, {}, voxel(0.1));
+    const Volume v = composed({}, {}, voxel(0.1));
     ASSERT_EQ(v.parts.size(), 1u);
     EXPECT_TRUE(v.parts[0].density->empty());
     EXPECT_DOUBLE_EQ(v.voxelSize(), 0.1);
     Box hollow{"hollow", 0, {}};
     hollow.volume.parts.push_back(emptyPart(0.1));
-    EXPECT_TRUE(compose({hollow}, {Placement{}}, voxel(0.1)).parts[0].density->empty());
+    EXPECT_TRUE(composed({hollow}, {Placement{}}, voxel(0.1)).parts[0].density->empty());
 }
 
 TEST(Compose, wrongInputIsRefused)
@@ -380,33 +409,33 @@ TEST(Compose, wrongInputIsRefused)
     const Box box = strands(8, 8, 3, 0.1, 1);
     Placement p;
     p.box = 1;
-    EXPECT_THROW(compose({box}, {p}, voxel(0.1)), Error);
+    EXPECT_THROW(composed({box}, {p}, voxel(0.1)), Error);
     p = {};
     p.scale = 0;
-    EXPECT_THROW(compose({box}, {p}, voxel(0.1)), Error);
+    EXPECT_THROW(composed({box}, {p}, voxel(0.1)), Error);
     p = {};
     p.position[1] = NAN;
-    EXPECT_THROW(compose({box}, {p}, voxel(0.1)), Error);
+    EXPECT_THROW(composed({box}, {p}, voxel(0.1)), Error);
     p.position[1] = 1e12;
-    EXPECT_THROW(compose({box}, {p}, voxel(0.1)), Error);
-    EXPECT_THROW(compose({box}, {Placement{}}, voxel(0)), Error);
+    EXPECT_THROW(composed({box}, {p}, voxel(0.1)), Error);
+    EXPECT_THROW(composed({box}, {Placement{}}, voxel(0)), Error);
     Box bad = strands(8, 8, 3, 0.1, 1);
     bad.volume.parts[0].density->tree().setValue(Coord(1, 1, 1), -1.0f);
-    EXPECT_THROW(compose({bad}, {Placement{}}, voxel(0.1)), Error);
+    EXPECT_THROW(composed({bad}, {Placement{}}, voxel(0.1)), Error);
     bad.volume.parts[0].density->tree().setValue(Coord(1, 1, 1), NAN);
-    EXPECT_THROW(compose({bad}, {Placement{}}, voxel(0.1)), Error);
+    EXPECT_THROW(composed({bad}, {Placement{}}, voxel(0.1)), Error);
 }
 
 TEST(Compose, aBoxSmallerThanAVoxelIsNotLost)
 {
     const Box box = strands(16, 20, 10, 0.001, 10);
-    const Volume v = compose({box}, {randomPlacement(17, 1.0)}, voxel(0.5));
+    const Volume v = composed({box}, {randomPlacement(17, 1.0)}, voxel(0.5));
     EXPECT_GE(v.parts[0].density->activeVoxelCount(), 1u);
     EXPECT_LE(v.parts[0].density->activeVoxelCount(), 27u);
     // Summed by eights again and again, it still stands where it stood, to a part of a voxel.
     const Placement p = randomPlacement(17, 1.0);
     const auto centroid = [&](double size) {
-        const Volume w = compose({box}, {p}, voxel(size));
+        const Volume w = composed({box}, {p}, voxel(size));
         Vec3d sum(0.0);
         double mass = 0;
         for (auto it = w.parts[0].density->cbeginValueOn(); it; ++it) {

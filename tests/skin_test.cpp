@@ -37,7 +37,7 @@ TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
             extras.skins.emplace_back(s, spec);
             ComposeParams params;
             params.voxel = h;
-            const Volume v = compose({}, {}, extras, params);
+            const Volume v = unpack(compose({}, {}, extras, params));
             ASSERT_EQ(v.parts.size(), 1u);
             EXPECT_EQ(v.parts[0].kind, MaterialKind::surface);
             double mass = 0;
@@ -72,7 +72,7 @@ TEST(Skin, liesUnderTheSurfaceWhereAsked)
     extras.skins.emplace_back(s, spec);
     ComposeParams params;
     params.voxel = 0.05;
-    const Volume v = compose({}, {}, extras, params);
+    const Volume v = unpack(compose({}, {}, extras, params));
     double mean = 0, sum = 0;
     for (auto it = v.parts[0].density->cbeginValueOn(); it; ++it) {
         mean += *it * it.getCoord()[1];

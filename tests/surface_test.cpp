@@ -222,5 +222,55 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
     }
 }
 
+TEST(SurfaceWalk, findsWhatTheTreeFindsOnAConvexBody)
+{
+    // A ball of a fine and a coarse half, its triangles' corners not shared: only their places say that they are neighbours.
+    Mesh m;
+    const int rings = 24, across = 40;
+    const auto at = [&](int i, int j) {
+        const double theta = kPi * std::pow(double(i) / rings, 1.7), phi = 2 * kPi * (j % across) / across;
+        return i == 0 ? Vec3d(0, 1, 0) : i == rings ? Vec3d(0, -1, 0) : Vec3d(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
+    };
+    const auto add = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+        const auto n = static_cast<std::int32_t>(m.points.size());
+        for (const Vec3d& p : {a, b, c}) m.points.push_back(p);
+        m.triangles.push_back({n, n + 1, n + 2});
+    };
+    for (int i = 0; i < rings; ++i)
+        for (int j = 0; j < across; ++j) {
+            if (i > 0) add(at(i, j), at(i, j + 1), at(i + 1, j));
+            add(at(i, j + 1), at(i + 1, j + 1), at(i + 1, j));
+        }
+    const SurfaceWalk walk(m);
+    const SurfaceTree tree(m.points, m.triangles);
+    std::int32_t triangle = 0;
+    Vec3d direction = at(0, 0);
+    for (int k = 0; k < 2000; ++k) {
+        Random r(hashKey(5, k));
+        direction = (direction + Vec3d(r.normal(), r.normal(), r.normal()) * 0.3).unit();
+        const Vec3d p = direction * r.uniform(1.0, 1.3);
+        const SurfaceWalk::Foot foot = walk.nearest(m, p, triangle);
+        EXPECT_NEAR(std::sqrt(foot.distance2), (tree.nearest(p).position - p).length(), 1e-9) << k;
+        const auto& c = m.triangles[foot.triangle];
+        const Vec3d q = m.points[c[0]] * (1 - foot.b1 - foot.b2) + m.points[c[1]] * foot.b1 + m.points[c[2]] * foot.b2;
+        EXPECT_NEAR((q - p).lengthSqr(), foot.distance2, 1e-12);
+        triangle = foot.triangle;
+    }
+}
+
+TEST(SurfaceWalk, endsAtBordersAndOnTrianglesWithoutArea)
+{
+    Mesh m;
+    m.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0, 0}};
+    m.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 4, 1}, {2, 2, 2}, {1, 2, 2}};
+    const SurfaceWalk walk(m);
+    for (std::int32_t start = 0; start < 3; ++start) {
+        const SurfaceWalk::Foot far = walk.nearest(m, {-3, 5, 1}, start);
+        EXPECT_NEAR(far.distance2, 9 + 16 + 1, 1e-12); // the corner (0, 1)
+        EXPECT_NEAR(walk.nearest(m, {0.2, 0.7, 2}, start).distance2, 4, 1e-12);
+    }
+    for (std::int32_t start = 3; start < 5; ++start) EXPECT_TRUE(std::isfinite(walk.nearest(m, {0.2, 0.7, 2}, start).distance2));
+}
+
 } // namespace
 } // namespace volcomp

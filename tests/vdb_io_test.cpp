@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 #include <random>
+#include <sstream>
 
 #include <gtest/gtest.h>
 
@@ -103,6 +104,54 @@ TEST_F(VdbIo, oneMaterialHasThePlainNames)
     EXPECT_EQ(tangent->getVectorType(), openvdb::VEC_CONTRAVARIANT_RELATIVE);
     EXPECT_EQ(colour->getVectorType(), openvdb::VEC_INVARIANT);
     EXPECT_TRUE(density->saveFloatAsHalf());
+}
+
+/// What OpenVDB's own grids write.
+std::string bytesOf(const openvdb::GridBase& grid)
+{
+    std::ostringstream out;
+    openvdb::io::setDataCompression(out, openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+    grid.writeTopology(out);
+    grid.writeBuffers(out);
+    return out.str();
+}
+
+TEST_F(VdbIo, packedVoxelsAreTheBytesThatOpenVdbWrites)
+{
+    VolumePart p = part("fur", MaterialKind::fibre, 7);
+    p.density->tree().setValue(Coord(5000, -9000, 130), 3.0f); // other nodes of the tree
+    p.density->tree().setValue(Coord(-5000, 20, 700), 4.0f);
+    p.density->tree().setValue(Coord(-4999, 20, 1), 5.0f);
+    for (openvdb::Vec3SGrid* g : {p.direction.get(), p.colour.get()}) g->tree().topologyUnion(p.density->tree());
+    writeVolume(path("a.vdb"), {{p}});
+    std::ifstream in(path("a.vdb"), std::ios::binary);
+    const std::string file((std::istreambuf_iterator<char>(in)), {});
+    for (openvdb::GridBase* g : {static_cast<openvdb::GridBase*>(p.density.get()), static_cast<openvdb::GridBase*>(p.direction.get()),
+                                 static_cast<openvdb::GridBase*>(p.colour.get())}) {
+        g->setSaveFloatAsHalf(true);
+        EXPECT_NE(file.find(bytesOf(*g)), std::string::npos);
+    }
+    openvdb::io::File opened(path("a.vdb").string());
+    opened.open(false);
+    const auto grid = opened.readGridMetadata("tangentu");
+    EXPECT_EQ(grid->metaValue<openvdb::Int64>("file_voxel_count"), openvdb::Int64(p.density->activeVoxelCount()));
+    const openvdb::CoordBBox box = p.density->evalActiveVoxelBoundingBox();
+    EXPECT_EQ(grid->metaValue<openvdb::Vec3i>("file_bbox_min"), box.min().asVec3i());
+    EXPECT_EQ(grid->metaValue<openvdb::Vec3i>("file_bbox_max"), box.max().asVec3i());
+}
+
+TEST_F(VdbIo, packedAndUnpackedIsTheSame)
+{
+    const Volume volume{{part("bark", MaterialKind::surface, 8), part("leaf", MaterialKind::surface, 9)}};
+    const PackedVolume packed = pack(volume);
+    EXPECT_EQ(packed.voxels(), volume.parts[0].density->activeVoxelCount() + volume.parts[1].density->activeVoxelCount());
+    const Volume back = unpack(packed);
+    ASSERT_EQ(back.parts.size(), 2u);
+    for (int i = 0; i < 2; ++i) {
+        expectSame(volume.parts[i], back.parts[i]);
+        for (auto v = volume.parts[i].density->cbeginValueOn(); v; ++v) EXPECT_EQ(back.parts[i].density->tree().getValue(v.getCoord()), *v);
+    }
+    EXPECT_DOUBLE_EQ(back.voxelSize(), 0.25);
 }
 
 TEST_F(VdbIo, severalMaterialsKeepTheirGridsAndSumForOthers)
@@ -266,7 +315,7 @@ TEST_F(VdbIo, treesAreReadAsVolumesAre)
 
 TEST_F(VdbIo, nothingIsLeftBehindByAFailure)
 {
-    EXPECT_THROW(writeVolume(path("a.vdb"), {}), Error);
+    EXPECT_THROW(writeVolume(path("a.vdb"), Volume{}), Error);
     EXPECT_TRUE(fs::is_empty(path("")));
 }
 

@@ -121,9 +121,11 @@ TEST(Compose, theEstimateIsNearTheTruth)
     params.voxel = 0.01;
     const std::vector<Box> boxes{dot(0.01)};
     const ComposeEstimate e = estimateCompose(boxes, placements, {}, params);
-    const Volume v = compose(boxes, placements, params);
-    EXPECT_NEAR(e.voxels / double(v.parts[0].density->activeVoxelCount()), 1, 0.35); // 48 of some 500 tiles, those at the border among them
-    EXPECT_NEAR(e.bytes / double(v.parts[0].density->memUsage()), 1.2, 0.5);
+    const PackedVolume v = compose(boxes, placements, params);
+    EXPECT_NEAR(e.voxels / double(v.voxels()), 1, 0.1); // 256 of some 2,500 tiles
+    const double least = double(v.voxels()) * sizeof(float) + double(v.parts[0].blocks.size()) * sizeof(PackedBlock);
+    EXPECT_GT(e.bytes, 0.9 * least);
+    EXPECT_LT(e.bytes, 3 * least);
     params.voxel = 1e-7; // must not take long, nor the memory
     EXPECT_GT(estimateCompose(boxes, placements, {}, params).bytes, 1e15);
 }

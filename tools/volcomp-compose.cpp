@@ -57,20 +57,6 @@ BoxSet readBoxes(const Scene& scene, const fs::path& directory, const Progress& 
     return set;
 }
 
-std::size_t activeVoxels(const Volume& v)
-{
-    std::size_t n = 0;
-    for (const VolumePart& p : v.parts) n += p.density->activeVoxelCount();
-    return n;
-}
-
-std::size_t bytesOf(const Volume& v)
-{
-    std::size_t n = 0;
-    for (const VolumePart& p : v.parts) n += p.density->memUsage() + (p.direction ? p.direction->memUsage() : 0) + (p.colour ? p.colour->memUsage() : 0);
-    return n;
-}
-
 /// A voxel size whose estimate is below the limit.
 double fittingVoxel(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, ComposeParams params,
                     double limit, double needed)
@@ -172,13 +158,13 @@ void run(Tool& tool, const Options& options)
     if (needed > limit)
         throw fileError(scene.file, "compose", fmt::format("a volume of at most {:.0f} MB (--max-memory)", limit), fmt::format("about {:.0f} MB", needed),
                         fmt::format("A voxel of {:.3g} m instead of {:.3g} m would fit.", fittingVoxel(set.boxes, placements, extras, params, limit, needed), params.voxel));
-    const Volume volume = tool.stage("compose", [&](const Progress& p) { return compose(set.boxes, placements, extras, params, p); });
-    const std::size_t voxels = activeVoxels(volume);
-    tool.say(fmt::format("{} placements, {} voxels of {:.4g} m, {:.0f} MB", placements.size(), voxels, params.voxel, double(bytesOf(volume)) / 1048576));
+    const PackedVolume volume = tool.stage("compose", [&](const Progress& p) { return compose(set.boxes, placements, extras, params, p); });
+    const std::size_t voxels = volume.voxels();
+    tool.say(fmt::format("{} placements, {} voxels of {:.4g} m, {:.0f} MB", placements.size(), voxels, params.voxel, double(volume.bytes()) / 1048576));
     tool.stats["placements"] = placements.size();
     tool.stats["voxel_m"] = params.voxel;
     tool.stats["active_voxels"] = voxels;
-    tool.stats["volume_bytes"] = bytesOf(volume);
+    tool.stats["volume_bytes"] = volume.bytes();
     tool.stage("write", [&](const Progress&) { writeVolume(options.output, volume); });
 }
 
