@@ -59,6 +59,19 @@ bool isExrName(const std::filesystem::path& file)
     return ending == ".exr";
 }
 
+Image readImage(const std::filesystem::path& file)
+{
+    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(file.string());
+    if (!in) throw fileError(file, "", "a picture", "'" + OIIO::geterror() + "'");
+    Image image;
+    image.width = in->spec().width;
+    image.height = in->spec().height;
+    image.channels = in->spec().channelnames;
+    image.pixels.resize(image.channels.size() * image.width * image.height);
+    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data())) throw fileError(file, "", "a complete picture", "'" + in->geterror() + "'");
+    return image;
+}
+
 void writeImage(const std::filesystem::path& file, const Image& image, const std::vector<std::pair<std::string, std::string>>& metadata)
 {
     const bool exr = isExrName(file);

@@ -20,6 +20,9 @@ struct Image {
 /// True for .exr, false for .png. Throws Error for another ending: ask before the work, not after it.
 bool isExrName(const std::filesystem::path& file);
 
+/// Reads a picture of any format that OpenImageIO knows, as it is stored: EXR is linear, PNG in sRGB. Throws Error where that fails.
+Image readImage(const std::filesystem::path& file);
+
 /// Writes .exr (all channels, with `metadata`) or .png (R, G, B and A in sRGB, 8 bit), by the name's ending; the file
 /// appears when it is complete. Throws Error for another ending or a file that cannot be written.
 void writeImage(const std::filesystem::path& file, const Image& image,

@@ -15,6 +15,7 @@ void RenderParams::validate() const
     if (crop.width != 0 && !(crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 && crop.width <= width - crop.x && crop.height <= height - crop.y))
         fail("a crop inside the picture");
     if (!(samples >= 1 && samples <= 65536)) fail("1 to 65536 samples");
+    if (!(pixel_radius >= 0 && pixel_radius <= 16)) fail("a pixel_radius of 0 to 16 pixels");
     if (!(tau >= 0 && std::isfinite(tau))) fail("a finite tau >= 0");
     if (!(step >= 0.001 && step <= 1000)) fail("a step of 0.001 to 1000 voxels");
     if (!(cutoff >= 0 && cutoff < 1)) fail("0 <= cutoff < 1");
@@ -27,6 +28,9 @@ RenderParams readRender(TableReader& r)
     p.width = r.integer({"width", "pixels", "of the picture"}, p.width, {1, 32768});
     p.height = r.integer({"height", "pixels", "of the picture"}, p.height, {1, 32768});
     p.samples = r.integer({"samples", "", "per pixel"}, p.samples, {1, 65536});
+    p.pixel_filter = r.choice<PixelFilter>({"pixel_filter", "", "how the samples around a pixel are weighed, where there are several"}, p.pixel_filter,
+                                           {{"box", PixelFilter::box}, {"gaussian", PixelFilter::gaussian}, {"blackman-harris", PixelFilter::blackman_harris}});
+    p.pixel_radius = r.number({"pixel_radius", "pixels", "of that filter; 0: 0.5 for box, 1.5 for the others"}, p.pixel_radius, {0, 16});
     p.tau = r.number({"tau", "", "extinction per density"}, p.tau, kNotNegative);
     p.integration = r.choice<Integration>({"integration", "", "closed form per voxel, or the paper's sums (3), (4)"}, p.integration,
                                           {{"exact", Integration::exact}, {"riemann", Integration::riemann}});

@@ -12,6 +12,7 @@ enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
 enum class Shadows { exact, sweep, none };
 enum class Undirected { isotropic, gradient };  ///< how a voxel without direction is shaded (MODEL section 4)
+enum class PixelFilter { box, gaussian, blackman_harris };
 
 /// A rectangle of pixels from the picture's top left corner. Empty (width 0): all of it.
 struct Crop {
@@ -22,6 +23,8 @@ struct RenderParams {
     int width = 640, height = 480;              ///< pixels
     Crop crop;                                  ///< the image holds only these pixels
     int samples = 1;                            ///< per pixel
+    PixelFilter pixel_filter = PixelFilter::box; ///< how they are weighed, with more than one
+    double pixel_radius = 0;                    ///< of that filter, pixels; 0: 0.5 for box, 1.5 for the others
     double tau = 1;                             ///< extinction per density, >= 0
     Integration integration = Integration::exact;
     double step = 1;                            ///< riemann: voxels

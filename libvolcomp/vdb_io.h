@@ -14,6 +14,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "packed_volume.h"
 #include "progress.h"
@@ -41,5 +42,8 @@ VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progr
 
 /// The metadata of the file itself (not of its grids), as writeVolume's `extra`. Throws Error as readVolume().
 openvdb::MetaMap readVolumeMetadata(const std::filesystem::path& file);
+
+/// What tells this file from every other, also from one that is written anew with the same content. Throws Error as readVolume().
+std::string volumeIdentifier(const std::filesystem::path& file);
 
 } // namespace volcomp

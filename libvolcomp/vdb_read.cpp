@@ -33,9 +33,9 @@ public:
         if (!fs::is_regular_file(file, code)) throw fileError(file, "", "a VDB file", "a directory or device");
         if (fs::file_size(file, code) == 0) throw fileError(file, "", "a VDB file", "an empty file");
         guarded([&] {
+            m_delayed = reachesItsEnd() && m_delayed;
             m_file.setCopyMaxBytes(0); // read from where it is; a file that is replaced meanwhile stays open
-            m_file.open(delayed);
-            if (m_delayed) m_delayed = reachesItsEnd();
+            m_file.open(m_delayed);
         });
         for (auto name = m_file.beginName(); name != m_file.endName(); ++name) m_names.push_back(*name);
     }
@@ -48,6 +48,8 @@ public:
         guarded([&] { result = *m_file.getMetadata(); });
         return result;
     }
+
+    std::string identifier() const { return m_file.getUniqueTag() + "-" + std::to_string(fs::file_size(m_path)); }
 
     template <class Grid>
     typename Grid::Ptr read(const std::string& name)
@@ -78,15 +80,18 @@ private:
         }
     }
 
-    /// False for a file too old to say. Throws where it ends before its last grid does: leaves behind its end would be read as zeros.
+    /// False for a file too old to say, or of another format. Throws where it ends before its last grid does: OpenVDB takes what is missing for
+    /// zeros, or for counts of any size.
     bool reachesItsEnd() const
     {
         constexpr int kHeader = 8 + 4 + 4 + 4 + 1 + 36; // magic, versions, offsets or not, identifier
         std::ifstream stream(m_path, std::ios::binary);
+        stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+        std::int64_t magic = 0;
         std::uint32_t versions[3] = {}; // of the format, of the library
-        stream.seekg(8);
+        stream.read(reinterpret_cast<char*>(&magic), sizeof magic);
         stream.read(reinterpret_cast<char*>(versions), sizeof versions);
-        if (versions[0] < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) return false;
+        if (magic != openvdb::OPENVDB_MAGIC || versions[0] < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) return false;
         openvdb::io::setVersion(stream, {versions[1], versions[2]}, versions[0]);
         stream.seekg(kHeader);
         openvdb::MetaMap().readMeta(stream);
@@ -96,7 +101,7 @@ private:
         for (int i = 0; i < grids; ++i) {
             openvdb::io::GridDescriptor grid;
             grid.read(stream);
-            if (!stream || grid.getEndPos() > size) throw openvdb::IoError(fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
+            if (grid.getEndPos() > size) throw openvdb::IoError(fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
             grid.seekToEnd(stream);
         }
         return true;
@@ -292,5 +297,7 @@ VoxelTree readVoxelTree(const fs::path& file, const Progress& progress)
 }
 
 openvdb::MetaMap readVolumeMetadata(const fs::path& file) { return Reader(file, true).metadata(); }
+
+std::string volumeIdentifier(const fs::path& file) { return Reader(file, true).identifier(); }
 
 } // namespace volcomp

@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -162,7 +163,7 @@ TEST_F(Programs, theSameBytesForAnyNumberOfThreads)
     const auto body = [&](const std::string& name) { return read(name).substr(64); };
     EXPECT_EQ(body("boxes1/tuft_1.vdb"), body("boxes2/tuft_1.vdb"));
     EXPECT_EQ(body("volume1.vdb"), body("volume2.vdb"));
-    EXPECT_EQ(read("a1.png"), read("a2.png"));
+    EXPECT_TRUE(read("a1.png") == read("a2.png"));
     EXPECT_GT(read("a1.png").size(), 100u);
 }
 
@@ -269,6 +270,47 @@ TEST_F(Programs, outputsThatCannotBe)
     expectFailure(render("-o /proc/none/a.exr"), {"/proc/none"}, "a.exr");
     fs::create_directories(path("d.exr"));
     EXPECT_EQ(render("-o d.exr").status, 1);
+}
+
+// The real program, ended by both signals as soon as it has saved something.
+TEST_F(Programs, aKilledRenderGoesOnToTheSamePixels)
+{
+    ASSERT_EQ(bake().status, 0);
+    ASSERT_EQ(compose().status, 0);
+    const std::string job = "scene.toml --volume volume.vdb --samples 100 --checkpoint 0.02 ";
+    ASSERT_EQ(run("render", job + "-o whole.png").status, 0);
+    EXPECT_FALSE(fs::exists(path("whole.png.checkpoint")));
+    for (const std::string signal : {"KILL", "TERM"}) {
+        const std::string picture = signal + ".png", command = "cd '" + path("").string() + "'; '" VOLCOMP_BIN "/volcomp-render' " + job + "-o " + picture + " >" + signal +
+                                    ".txt 2>&1 & pid=$!; for i in $(seq 1000); do [ -f '" + path(picture).string() + ".checkpoint' ] && break; sleep 0.01; done; kill -" + signal +
+                                    " $pid; wait $pid";
+        const int status = std::system(("bash -c \"" + std::regex_replace(command, std::regex("[$]"), "\\$") + "\" 2>/dev/null").c_str());
+        EXPECT_NE(status, 0) << "not killed in time";
+        EXPECT_FALSE(fs::exists(path(picture)));
+        ASSERT_TRUE(fs::exists(path(picture + ".checkpoint")));
+        if (signal == "TERM") { EXPECT_NE(read("TERM.txt").find("--resume goes on"), std::string::npos) << read("TERM.txt"); }
+
+        const Outcome other = run("render", "scene.toml --volume volume.vdb --samples 101 --resume -o " + picture);
+        expectFailure(other, {"checkpoint", "samples = 101", "100"}, picture);
+        const Outcome resumed = run("render", job + "--resume --threads 1 -o " + picture);
+        EXPECT_EQ(resumed.status, 0) << resumed.output;
+        EXPECT_NE(resumed.output.find("going on from"), std::string::npos) << resumed.output;
+        EXPECT_TRUE(read(picture) == read("whole.png"));
+        EXPECT_FALSE(fs::exists(path(picture + ".checkpoint")));
+    }
+    write("a.png.checkpoint", "no checkpoint");
+    expectFailure(run("render", job + "--resume -o a.png"), {"a.png.checkpoint", "damaged"}, "a.png");
+}
+
+TEST_F(Programs, aPreviewChangesNoPixel)
+{
+    ASSERT_EQ(bake().status, 0);
+    ASSERT_EQ(compose().status, 0);
+    ASSERT_EQ(render("--samples 5 -o a.png").status, 0);
+    ASSERT_EQ(render("--samples 5 -o b.png --preview preview.png").status, 0);
+    EXPECT_TRUE(read("a.png") == read("b.png"));
+    EXPECT_TRUE(fs::exists(path("preview.png")));
+    expectFailure(render("--preview preview.gif -o c.png"), {"preview.gif"}, "c.png");
 }
 
 TEST_F(Programs, aForeignVolumeIsRendered)
