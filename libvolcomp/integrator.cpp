@@ -65,24 +65,33 @@ double Integrator::depthToLight(std::size_t light, const int* cell, const Vec3d&
 
 RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const
 {
+    RaySample sample;
     ++scratch.counts.rays;
-    if (!(std::abs(direction.length() - 1) < 1e-3)) return {};
-    const double endless = std::numeric_limits<double>::infinity();
-    const Vec3d o = m_tree.toCorner(origin), d = m_tree.directionToCorner(direction);
-    scratch.lights.assign(m_lights.size(), {});
     if (m_params.aovs) scratch.light_radiance.assign(m_lights.size(), Vec3d(0.0));
-    if (m_dual) {
-        const MarchRay r(*m_dual, o - Vec3d(0.5), d, endless);
-        return m_params.integration == Integration::riemann ? traceSums(*m_dual, r, 0.5, direction, scratch) : traceTrilinear(r, direction, scratch);
-    }
-    const MarchRay r(m_tree, o, d, endless);
-    if (m_params.integration == Integration::riemann) return traceSums(m_tree, r, 0, direction, scratch);
-    return m_fibre ? traceExact<true>(r, direction, scratch) : traceExact<false>(r, direction, scratch);
+    traceFurther(sample, origin, direction, 0, std::numeric_limits<double>::infinity(), scratch);
+    return sample;
 }
 
-void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, std::vector<float>& seen) const
+void Integrator::traceFurther(RaySample& sample, const Vec3d& origin, const Vec3d& direction, double start, double end, Scratch& scratch) const
 {
-    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), std::numeric_limits<double>::infinity());
+    if (!(std::abs(direction.length() - 1) < 1e-3)) return;
+    const Vec3d o = m_tree.toCorner(origin), d = m_tree.directionToCorner(direction);
+    start /= m_tree.voxelSize();
+    end /= m_tree.voxelSize();
+    scratch.lights.assign(m_lights.size(), {});
+    const bool sums = m_params.integration == Integration::riemann;
+    if (m_dual) {
+        const MarchRay r(*m_dual, o - Vec3d(0.5), d, end, start);
+        return sums ? traceSums(sample, *m_dual, r, 0.5, direction, scratch) : traceTrilinear(sample, r, direction, scratch);
+    }
+    const MarchRay r(m_tree, o, d, end, start);
+    if (sums) return traceSums(sample, m_tree, r, 0, direction, scratch);
+    return m_fibre ? traceExact<true>(sample, r, direction, scratch) : traceExact<false>(sample, r, direction, scratch);
+}
+
+void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to, std::vector<float>& seen) const
+{
+    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), to / m_tree.voxelSize(), from / m_tree.voxelSize());
     double depth = 0;
     forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
         const float* density = m_tree.densities(span.leaf);
@@ -99,9 +108,8 @@ void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, std::ve
 }
 
 template <bool kFibre>
-RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
+void Integrator::traceExact(RaySample& sample, const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
 {
-    RaySample sample;
     const Vec3d V = -direction;
     forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
         const float* density = m_tree.densities(span.leaf);
@@ -132,7 +140,6 @@ RaySample Integrator::traceExact(const MarchRay& r, const Vec3d& direction, Scra
         }
         return true;
     });
-    return sample;
 }
 
 // A segment with the shading in scratch.lights, its light linear in optical depth from p (at t) to q (at end), both in `cell`.

@@ -50,12 +50,14 @@ public:
 
     /// Both in world units; the direction is unit length. Zero or non-finite directions see nothing.
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const;
+    /// Adds what lies between two distances, world units, behind what `sample` has seen.
+    void traceFurther(RaySample& sample, const Vec3d& origin, const Vec3d& direction, double start, double end, Scratch& scratch) const;
 
     /// Uses swept light instead of rays, where it is known. The reference must outlive this.
     void useSweep(const ShadowSweep& sweep) { m_sweep = &sweep; }
 
-    /// Raises the weights of the leaves that the ray reaches before the cutoff, as ShadowSweep wants them.
-    void markLeaves(const Vec3d& origin, const Vec3d& direction, std::vector<float>& seen) const;
+    /// Raises the weights of the leaves that the ray reaches between two distances and before the cutoff, as ShadowSweep wants them.
+    void markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to, std::vector<float>& seen) const;
     /// The optical depth behind which nothing matters.
     double darkest() const { return m_params.cutoff > 0 ? -std::log(m_params.cutoff) : 12; }
 
@@ -66,10 +68,10 @@ public:
 
 private:
     template <bool kFibre>
-    RaySample traceExact(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
-    RaySample traceTrilinear(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
+    void traceExact(RaySample& sample, const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
+    void traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3d& direction, Scratch& scratch) const;
     template <class Tree>
-    RaySample traceSums(const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const;
+    void traceSums(RaySample& sample, const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const;
     template <class Tree>
     double sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d_world) const;
     double trilinearDepth(const MarchRay& r, const Vec3d& d_world) const;

@@ -53,9 +53,8 @@ double Integrator::trilinearDepth(const MarchRay& r, const Vec3d& d) const
 
 // As traceExact(), cell by cell between voxel centres. Each centre's particles are shaded with that centre's direction and colour; a cell's source
 // is their mean, weighted by the optical depth that each adds (exact, being cubic along the ray).
-RaySample Integrator::traceTrilinear(const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
+void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
 {
-    RaySample sample;
     const Vec3d half(0.5);
     forEachLeaf(*m_dual, r, [&](const LeafSpan& span) {
         bool go_on = true;
@@ -88,7 +87,6 @@ RaySample Integrator::traceTrilinear(const MarchRay& r, const Vec3d& direction, 
         });
         return go_on;
     });
-    return sample;
 }
 
 namespace {
@@ -141,9 +139,8 @@ double Integrator::sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d)
 
 // Sum (4), the current sample's own attenuation included, as printed. `shift` leads from the tree's coordinates to corner coordinates.
 template <class Tree>
-RaySample Integrator::traceSums(const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const
+void Integrator::traceSums(RaySample& sample, const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const
 {
-    RaySample sample;
     forEachStep(tree, r, m_params.step, [&](double t) {
         const Vec3d at = along(r, t), p = at + Vec3d(shift);
         double delta = 0;
@@ -165,11 +162,10 @@ RaySample Integrator::traceSums(const Tree& tree, const MarchRay& r, double shif
         sample.radiance += sample.transmittance * delta * source;
         return sample.transmittance >= m_params.cutoff;
     });
-    return sample;
 }
 
-template RaySample Integrator::traceSums(const VoxelTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
-template RaySample Integrator::traceSums(const DualTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
+template void Integrator::traceSums(RaySample&, const VoxelTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
+template void Integrator::traceSums(RaySample&, const DualTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
 template double Integrator::sumDepth(const VoxelTree&, const MarchRay&, const Vec3d&) const;
 template double Integrator::sumDepth(const DualTree&, const MarchRay&, const Vec3d&) const;
 

@@ -20,12 +20,12 @@ namespace volcomp {
 
 class MarchRay {
 public:
-    /// From `origin` along `direction` (unit length), corner coordinates, for t in [0, length]; `length` may be infinite.
+    /// From `origin` along `direction` (unit length), corner coordinates, for t in [start, length]; `length` may be infinite.
     template <class Tree>
-    MarchRay(const Tree& tree, const Vec3d& origin, const Vec3d& direction, double length)
+    MarchRay(const Tree& tree, const Vec3d& origin, const Vec3d& direction, double length, double start = 0)
     {
         const openvdb::CoordBBox& box = tree.bounds();
-        t0 = 0;
+        t0 = start;
         t1 = length;
         for (int a = 0; a < 3; ++a) {
             o[a] = origin[a];

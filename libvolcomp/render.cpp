@@ -4,13 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
-#include <optional>
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include "error.h"
-#include "integrator.h"
+#include "level_of_detail.h"
 #include "pixel_filter.h"
 #include "voxel_tree.h"
 
@@ -35,22 +33,6 @@ Material materialOf(const VoxelTree::Part& part, const std::vector<Material>& ma
     return fallback;
 }
 
-// The leaves that show in rays through every other pixel, for the sweep.
-std::vector<float> seenLeaves(const Integrator& integrator, const VoxelTree& tree, const CameraRays& rays, const Crop& crop)
-{
-    std::vector<float> seen(tree.leafCount(), 0);
-    tbb::enumerable_thread_specific<std::vector<float>> local(seen);
-    tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
-        for (int x = 0; x < crop.width; x += 2) {
-            const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
-            integrator.markLeaves(ray.origin, ray.direction, local.local());
-        }
-    });
-    for (const std::vector<float>& part : local)
-        for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
-    return seen;
-}
-
 std::vector<std::string> channelNames(const RenderParams& params, const std::vector<Light>& lights)
 {
     std::vector<std::string> names{"R", "G", "B", "A"};
@@ -66,8 +48,8 @@ class TileRenderer {
 public:
     static constexpr int kCoarse = -1, kStride = 4;   // of the coarse pass, pixels
 
-    TileRenderer(const Integrator& integrator, const CameraRays& rays, const Crop& crop, const RenderParams& params, const std::vector<Light>& lights, RenderState& state)
-        : m_integrator(integrator), m_rays(rays), m_sampler(params), m_crop(crop), m_params(params), m_lights(lights.size()), m_names(channelNames(params, lights)),
+    TileRenderer(const LevelOfDetail& tracer, const CameraRays& rays, const Crop& crop, const RenderParams& params, const std::vector<Light>& lights, RenderState& state)
+        : m_tracer(tracer), m_rays(rays), m_sampler(params), m_crop(crop), m_params(params), m_lights(lights.size()), m_names(channelNames(params, lights)),
           m_channels(m_names.size()), m_columns((crop.width + kTile - 1) / kTile), m_has_background(params.background.lengthSqr() > 0), m_state(state)
     {
         const std::size_t pixels = std::size_t(crop.width) * crop.height, tiles = std::size_t(m_columns) * ((crop.height + kTile - 1) / kTile);
@@ -121,7 +103,7 @@ private:
         };
         const Vec3d at = m_sampler.position(m_crop.x + x, m_crop.y + y, s);
         const CameraRay ray = m_rays.ray(at[0], at[1]);
-        const RaySample sample = m_integrator.trace(ray.origin, ray.direction, scratch);
+        const RaySample sample = m_tracer.trace(ray.origin, ray.direction, scratch);
         add(0, sample.radiance + sample.transmittance * m_params.background);
         sum[3] += m_has_background ? 1 : 1 - sample.transmittance;
         if (!m_params.aovs) return;
@@ -131,7 +113,7 @@ private:
         for (std::size_t l = 0; l < m_lights; ++l) add(11 + 3 * l, scratch.light_radiance[l]);
     }
 
-    const Integrator& m_integrator;
+    const LevelOfDetail& m_tracer;
     const CameraRays& m_rays;
     const PixelSampler m_sampler;
     const Crop m_crop;
@@ -207,17 +189,12 @@ Image render(const VoxelTree& tree, const std::vector<Material>& materials, cons
     const double start = seconds();
     std::vector<Material> part_materials;
     for (const VoxelTree::Part& part : tree.parts()) part_materials.push_back(materialOf(part, materials));
-    Integrator integrator(tree, part_materials, lights, params);
     const CameraRays rays(camera, params.width, params.height);
-    std::optional<ShadowSweep> sweep;
-    if (params.shadows == Shadows::sweep) {
-        sweep.emplace(tree, lights, seenLeaves(integrator, tree, rays, crop), integrator.extinction(), integrator.darkest(), params.extinction == Extinction::fibre);
-        integrator.useSweep(*sweep);
-    }
+    const LevelOfDetail tracer(tree, part_materials, lights, params, camera, rays, crop);
     const double prepared = seconds();
 
     RenderState own;
-    TileRenderer tiles(integrator, rays, crop, params, lights, watch ? watch->state : own);
+    TileRenderer tiles(tracer, rays, crop, params, lights, watch ? watch->state : own);
     const RayCounts counts = renderTiles(tiles, params, progress, watch);
     if (stats) {
         stats->rays = counts.rays;

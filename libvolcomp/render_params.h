@@ -33,6 +33,7 @@ struct RenderParams {
     Shadows shadows = Shadows::exact;
     double cutoff = 0.001;                      ///< rays end where less light than this fraction passes; 0: never. No radiance is off by
                                                 ///< more than cutoff times the brightest that a voxel shows
+    bool lod = false;                           ///< level of detail: voxels as wide as pixels where those at hand are smaller
     Undirected undirected = Undirected::isotropic;
     bool aovs = false;                          ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
     Vec3d background{0};                        ///< radiance behind everything, linear RGB

@@ -31,21 +31,6 @@ std::uint64_t packDirection(Vec3d d)
     return code(d[0] + d[1]) | code(d[0] - d[1]) << 12;
 }
 
-std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part)
-{
-    std::uint64_t record = std::uint64_t(VoxelTree::kSpreadCodes) << 24; // no direction
-    const double length = Vec3d(direction).length();
-    if (length > 1e-6 && std::isfinite(length)) {
-        const double spread = std::min(1.0, std::max(0.0, 1 - length));
-        record = packDirection(direction) | std::uint64_t(spread * (VoxelTree::kSpreadCodes - 1) + 0.5) << 24;
-    }
-    for (int c = 0; c < 3; ++c) {
-        const double level = colour_scale > 0 && std::isfinite(colour[c]) ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale)) : 0;
-        record |= std::uint64_t(std::min(1.0, level) * 1023 + 0.5) << (30 + 10 * c);
-    }
-    return record | std::uint64_t(std::min(part, 14)) << 60;
-}
-
 // Of its finite components.
 float brightest(const Vec3f& c)
 {
@@ -56,6 +41,21 @@ float brightest(const Vec3f& c)
 }
 
 } // namespace
+
+std::uint64_t VoxelTree::pack(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part)
+{
+    std::uint64_t record = std::uint64_t(kSpreadCodes) << 24; // no direction
+    const double length = Vec3d(direction).length();
+    if (length > 1e-6 && std::isfinite(length)) {
+        const double spread = std::min(1.0, std::max(0.0, 1 - length));
+        record = packDirection(direction) | std::uint64_t(spread * (kSpreadCodes - 1) + 0.5) << 24;
+    }
+    for (int c = 0; c < 3; ++c) {
+        const double level = colour_scale > 0 && std::isfinite(colour[c]) ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale)) : 0;
+        record |= std::uint64_t(std::min(1.0, level) * 1023 + 0.5) << (30 + 10 * c);
+    }
+    return record | std::uint64_t(std::min(part, 14)) << 60;
+}
 
 // Fills the tables from the grids: first the places (blocks and leaves, in order) and how much each leaf may need, which the masks of active
 // voxels say; then, in parallel, the voxels, so that each leaf of the grids is needed once and can be read from the file and freed on the way.
@@ -267,8 +267,7 @@ private:
                      std::to_string(at.z()) + "): expected a finite density >= 0, found " + std::to_string(density));
     }
 
-    // Records hold the part in 4 bits; a volume of more parts keeps all of its voxels in lists.
-    static constexpr std::size_t kMostParts = 15;
+    // A volume of more parts than a record can name keeps all of its voxels in lists.
     bool needsList(int parts_here) const { return parts_here > 1 || (m_parts.size() > kMostParts && parts_here > 0); }
 
     void fillRecords(std::size_t index, const Counts& count, std::uint32_t next)

@@ -56,6 +56,10 @@ public:
     /// file (readVolume(), delayed), the peak is the tree and the grids' topology.
     explicit VoxelTree(Volume&& volume, const Progress& progress = {});
 
+    /// The same particles in voxels of twice the width, which keep the mean transmittance at `tau` of the columns through them (coarserDensity())
+    /// and the spread of the directions. Coarse voxel i holds the fine 2 i and 2 i + 1; toCorner() gives half the fine coordinates.
+    static VoxelTree coarser(const VoxelTree& fine, double tau);
+
     struct Part {
         std::string material;
         MaterialKind kind;
@@ -159,6 +163,10 @@ public:
     double fibreFactor(const VoxelContent& content, const Vec3d& d_world) const;
 
 private:
+    VoxelTree() = default;
+    /// `direction` has the length 1 - spread.
+    static std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part);
+    static constexpr std::size_t kMostParts = 15;  ///< that a record can name
     static constexpr std::uint64_t kShared = 15;   ///< "part" of a record that points to a list
     struct Slot {
         std::uint64_t key = 0;
@@ -212,5 +220,9 @@ private:
     float m_max_density = 0;
     bool m_directed_fibres = false;
 };
+
+/// The density of a voxel that stands for 2 x 2 x 2 (4 x + 2 y + z): for each axis -ln of the mean transmittance of the four columns, over their length;
+/// the mean of the three. `extinction` is the optical depth of density 1 over one of the eight; 0: the mean density.
+double coarserDensity(const double* densities, double extinction);
 
 } // namespace volcomp

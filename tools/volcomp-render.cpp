@@ -83,6 +83,8 @@ int main(int argc, char** argv)
     choice("--pixel-filter", pixel_filter, "How the samples around a pixel are weighed (default: the scene's)",
            std::map<std::string, PixelFilter>{{"box", PixelFilter::box}, {"gaussian", PixelFilter::gaussian}, {"blackman-harris", PixelFilter::blackman_harris}});
     tool.app.add_option("--pixel-radius", pixel_radius, "Of that filter, pixels (default: the scene's)")->check(CLI::Range(0.0, 16.0));
+    std::optional<bool> lod;
+    tool.app.add_flag_function("--lod,!--no-lod", [&](std::int64_t n) { lod = n > 0; }, "Coarser voxels where they are smaller than pixels (default: the scene's)");
     tool.app.add_option("--step", step, "Step of the sums, voxels (default: the scene's)")->check(CLI::Range(0.001, 1000.0));
     tool.app.add_option("--cutoff", cutoff, "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's (default: the scene's)")->check(CLI::Range(0.0, 0.99));
     return tool.main(argc, argv, [&] {
@@ -100,6 +102,7 @@ int main(int argc, char** argv)
         params.integration = integration.value_or(params.integration);
         params.filter = filter.value_or(params.filter);
         params.extinction = extinction.value_or(params.extinction);
+        params.lod = lod.value_or(params.lod);
         params.step = step.value_or(params.step);
         params.cutoff = cutoff.value_or(params.cutoff);
         if (!crop.empty()) {

@@ -1,0 +1,181 @@
+#include "level_of_detail.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "march.h"
+#include "random.h"
+#include "render.h"
+
+using namespace volcomp;
+
+namespace {
+
+VolumePart emptyPart(double voxel = 1)
+{
+    VolumePart part;
+    part.density = openvdb::FloatGrid::create(0.0f);
+    part.density->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
+    return part;
+}
+
+Volume noise(int size, double fill, double most)
+{
+    Volume volume;
+    volume.parts.push_back(emptyPart());
+    Random random(3);
+    for (int x = 0; x < size; ++x)
+        for (int y = 0; y < size; ++y)
+            for (int z = 0; z < size; ++z)
+                if (random.uniform() < fill) volume.parts[0].density->tree().setValue({x - 5, y, z - 16}, float(most * random.uniform()));
+    return volume;
+}
+
+} // namespace
+
+TEST(VoxelTree, CoarserDensityKeepsTheMeanTransmittanceOfColumns)
+{
+    const double same[8] = {2, 2, 2, 2, 2, 2, 2, 2};
+    EXPECT_NEAR(coarserDensity(same, 0.3), 2, 1e-12);
+    EXPECT_NEAR(coarserDensity(same, 0), 2, 1e-12);
+    const double opaque[8] = {1e6, 1e6, 1e6, 1e6, 1e6, 1e6, 1e6, 1e6};
+    EXPECT_NEAR(coarserDensity(opaque, 1), 1e6, 1);
+    // A wall across x: opaque along it, half the columns open along the others.
+    const double wall[8] = {3, 3, 3, 3, 0, 0, 0, 0};
+    const double across = std::log(2 / (1 + std::exp(-6.0))) / 2;
+    EXPECT_NEAR(coarserDensity(wall, 1), (1.5 + 2 * across) / 3, 1e-12);
+    const double one[8] = {1e-9, 0, 0, 0, 0, 0, 0, 0};
+    EXPECT_NEAR(coarserDensity(one, 1), 1e-9 / 8, 1e-18);
+}
+
+TEST(VoxelTree, AHomogeneousBlockIsExactAtEveryLevel)
+{
+    for (const bool tiles : {false, true}) {
+        Volume volume;
+        volume.parts.push_back(emptyPart(0.1));
+        const openvdb::CoordBBox box(openvdb::Coord(-64), openvdb::Coord(63));
+        if (tiles) volume.parts[0].density->sparseFill(box, 0.7f, true);
+        else volume.parts[0].density->denseFill(box, 0.7f, true);
+        VoxelTree level(volume);
+        for (int k = 1; k <= 6; ++k) {
+            VoxelTree next = VoxelTree::coarser(level, 3);
+            level = std::move(next);
+            EXPECT_NEAR(level.voxelSize(), 0.1 * (1 << k), 1e-12);
+            EXPECT_EQ(level.voxelCount(), std::uint64_t(128 * 128 * 128) >> (3 * k)) << k << tiles;
+            const Vec3d d = Vec3d(0.2, -0.3, 1).unit(), o(0.05, 0.03, -8);
+            const MarchRay r(level, level.toCorner(o), d, MarchRay::kFar);
+            EXPECT_NEAR(lineIntegral<false>(level, r, d, 1e30) * level.voxelSize(), 0.7 * 12.8 / d[2], 1e-5) << k << tiles;
+        }
+    }
+}
+
+// Parallel rays through random voxels, level by level: the mean transmittance stays, where that of mean densities falls.
+TEST(VoxelTree, RandomVolumesKeepTheirMeanTransmittance)
+{
+    VoxelTree level(noise(64, 0.15, 0.8));
+    double first = 0;
+    for (int k = 0; k <= 3; ++k) {
+        Random random(5);
+        double mean = 0;
+        const int count = 4000;
+        for (int i = 0; i < count; ++i) {
+            Vec3d d(0.0);
+            d[i % 3] = 1;
+            if (i % 2) d = (d + 0.4 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric())).unit();
+            const Vec3d p = Vec3d(27, 32, 16) + 20.0 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric());
+            const MarchRay r(level, level.toCorner(p - 500.0 * d), d, MarchRay::kFar);
+            mean += std::exp(-lineIntegral<false>(level, r, d, 1e30) * level.voxelSize()) / count;
+        }
+        if (k == 0) first = mean;
+        EXPECT_NEAR(std::log(mean) / std::log(first), 1, 0.03) << "level " << k << ": " << mean << " of " << first;
+        level = VoxelTree::coarser(level, 1);
+    }
+}
+
+// Two directions at an angle 2a in equal parts: spread tan a, and gamma widened by the closed form.
+TEST(VoxelTree, CoarserVoxelsWidenTheLobe)
+{
+    for (const double angle : {0.1, 0.3}) {
+        Volume volume;
+        volume.parts.push_back(emptyPart());
+        volume.parts[0].direction = openvdb::Vec3SGrid::create(Vec3f(0.0f));
+        for (int k = 0; k < 8; ++k) {
+            const openvdb::Coord at(k >> 2, k >> 1 & 1, k & 1);
+            volume.parts[0].density->tree().setValue(at, 1);
+            volume.parts[0].direction->tree().setValue(at, Vec3f(float(std::sin(k % 2 ? angle : -angle)), float(std::cos(angle)), 0));
+        }
+        const VoxelTree tree = VoxelTree::coarser(VoxelTree(volume), 1);
+        ASSERT_EQ(tree.voxelCount(), 1u);
+        VoxelContent content;
+        tree.contents(0, 0, [&](const VoxelContent& c) { content = c; });
+        EXPECT_NEAR(content.direction[1], 1, 1e-6);
+        const double spread = std::tan(angle) / std::sqrt(2.0); // l2 / l1 = tan^2, l3 = 0
+        EXPECT_NEAR(VoxelTree::spreadOf(content.spread_code), spread, 0.5 / 62 + 1e-3);
+        Material m;
+        const double wide = m.gamma * m.gamma + 8 * std::log(2.0) * spread * spread;
+        EXPECT_NEAR(std::log(2.0) / makeLobe(m, spread).falloff, wide, 1e-9);
+    }
+}
+
+// Levels change on the way without gaps: a homogeneous block that reaches through several shows the closed form.
+TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
+{
+    Volume volume;
+    volume.parts.push_back(emptyPart(0.01));
+    volume.parts[0].density->denseFill(openvdb::CoordBBox({0, 0, 0}, {31, 31, 511}), 0.5f, true);
+    const VoxelTree tree(volume);
+    Camera camera;
+    camera.eye = {0.16, 0.16, -0.5};
+    camera.target = {0.16, 0.16, 1};
+    camera.field_of_view = 0.02;
+    RenderParams params;
+    params.width = params.height = 2;
+    params.cutoff = 0;
+    params.lod = true;
+    for (const Filter filter : {Filter::box, Filter::trilinear})
+        for (const Shadows shadows : {Shadows::exact, Shadows::sweep}) {
+            params.filter = filter;
+            params.shadows = shadows;
+            Light light;
+            light.direction = {0, 0, 1};
+            const CameraRays rays(camera, params.width, params.height);
+            Material material;
+            material.alpha = 1;
+            const LevelOfDetail levels(tree, {material}, {light}, params, camera, rays, {0, 0, 2, 2});
+            EXPECT_GE(levels.levelCount(), 2u);
+            Integrator::Scratch scratch;
+            const CameraRay ray = rays.ray(0.9, 1.2);
+            const RaySample sample = levels.trace(ray.origin, ray.direction, scratch);
+            EXPECT_NEAR(-std::log(sample.transmittance), 0.5 * 5.12, filter == Filter::box ? 2e-3 : 0.01) << int(filter) << int(shadows);
+            EXPECT_NEAR(sample.radiance[0], 0.25 * -std::expm1(-2 * 0.5 * 5.12) / 2, 3e-3) << int(filter) << int(shadows);
+        }
+}
+
+// From afar one sample with levels of detail is nearer to many full samples than four full ones are.
+TEST(LevelOfDetail, OneSampleIsWorthMoreThanFourWithout)
+{
+    const VoxelTree tree(noise(64, 0.05, 1));
+    Camera camera;
+    camera.eye = {27, 32, 500};
+    camera.target = {27, 32, 0};
+    camera.field_of_view = 0.2;
+    RenderParams params;
+    params.width = params.height = 14; // eight voxels a pixel
+    params.cutoff = 0;
+    Light light;
+    light.direction = Vec3d(1, -1, -1).unit();
+    const auto picture = [&](int samples, bool lod) {
+        params.samples = samples;
+        params.lod = lod;
+        return render(tree, {}, camera, {light}, params);
+    };
+    const Image reference = picture(256, false), four = picture(4, false), one = picture(1, true);
+    double error_four = 0, error_one = 0;
+    for (int y = 4; y < 10; ++y)
+        for (int x = 4; x < 10; ++x) { // inside the outline
+            error_four += std::pow(four.pixel(x, y)[0] - reference.pixel(x, y)[0], 2);
+            error_one += std::pow(one.pixel(x, y)[0] - reference.pixel(x, y)[0], 2);
+        }
+    EXPECT_LT(error_one, error_four);
+}
