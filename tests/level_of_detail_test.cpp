@@ -153,7 +153,7 @@ TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
 }
 
 // From afar one sample with levels of detail is nearer to many full samples than four full ones are.
-TEST(LevelOfDetail, OneSampleIsWorthMoreThanFourWithout)
+TEST(LevelOfDetail, InSparseNoiseOneSampleIsWorthMoreThanFourWithout)
 {
     const VoxelTree tree(noise(64, 0.05, 1));
     Camera camera;

@@ -69,8 +69,13 @@ int main(int argc, char** argv)
     std::optional<Extinction> extinction;
     std::optional<double> step, cutoff;
     const auto choice = [&](const char* name, auto& value, const char* meaning, auto words) {
-        using E = typename std::decay_t<decltype(value)>::value_type;
-        tool.app.add_option_function<E>(name, [&value](const E& e) { value = e; }, meaning)->transform(CLI::CheckedTransformer(words, CLI::ignore_case));
+        std::string names;
+        for (const auto& word : words) names += (names.empty() ? "" : "|") + word.first;
+        tool.app.add_option_function<std::string>(name, [&value, words, names, name](const std::string& text) {
+            const auto found = words.find(text);
+            if (found == words.end()) throw CLI::ValidationError(name, "expected " + names + ", found '" + text + "'");
+            value = found->second;
+        }, meaning)->type_name(names);
     };
     choice("--shadows", shadows, "Light on its way to a voxel (default: the scene's)",
            std::map<std::string, Shadows>{{"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}});
@@ -91,6 +96,8 @@ int main(int argc, char** argv)
         for (const auto& output : outputs) isExrName(output);
         if (!preview.empty()) isExrName(preview);
         Scene scene = readScene(scene_file);
+        if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
+            tool.warn(scene_file.string() + ": no [[light]] and no ambient light: everything in the picture will be black");
         RenderParams& params = scene.render;
         char rest = 0;
         if (!size.empty() && (std::sscanf(size.c_str(), "%dx%d%c", &params.width, &params.height, &rest) != 2 || params.width < 1 || params.height < 1))
