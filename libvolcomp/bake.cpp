@@ -20,7 +20,8 @@ const Material& find(const std::vector<Material>& materials, const std::string& 
         if (m.name == name) return m;
         known += (known.empty() ? "" : ", ") + m.name;
     }
-    throw Error(fmt::format("box {}: expected the name of a material ({}), found '{}'", box, known.empty() ? "the scene has none" : known, name));
+    throw Error(
+        fmt::format("box {}: expected the name of a material ({}), found '{}'", box, known.empty() ? "the scene has none" : known, name));
 }
 
 } // namespace
@@ -55,7 +56,8 @@ Box bake(const Primitive& primitive, const std::vector<Material>& materials, int
     primitive.validate();
     if (variant < 0 || variant >= primitive.variants)
         throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", primitive.name, primitive.variants - 1, variant));
-    for (const Level& level : primitive.levels) find(materials, level.material.empty() ? primitive.material : level.material, primitive.name);
+    for (const Level& level : primitive.levels)
+        find(materials, level.material.empty() ? primitive.material : level.material, primitive.name);
     Skeleton skeleton = grow(primitive, variant);
     report(progress, 0.2);
     const double voxel = primitive.voxel > 0 ? primitive.voxel : voxelFor(skeleton);

@@ -49,7 +49,8 @@ void closeBlock(SourcePart& s, std::uint32_t begin)
 
 SourceBounds united(const SourceBounds& a, const SourceBounds& b)
 {
-    const Vec3f low = openvdb::math::minComponent(a.centre - a.half, b.centre - b.half), high = openvdb::math::maxComponent(a.centre + a.half, b.centre + b.half);
+    const Vec3f low = openvdb::math::minComponent(a.centre - a.half, b.centre - b.half),
+                high = openvdb::math::maxComponent(a.centre + a.half, b.centre + b.half);
     return {(low + high) * 0.5f, (high - low) * 0.5f};
 }
 
@@ -58,7 +59,8 @@ std::uint64_t mortonKey(const SourceBlock& b)
 {
     std::uint64_t key = 0;
     for (int bit = 20; bit >= 0; --bit)
-        for (int i = 0; i < 3; ++i) key = key << 1 | ((static_cast<std::int64_t>(std::floor(b.bounds.centre[i] / 8)) + (1 << 20)) >> bit & 1);
+        for (int i = 0; i < 3; ++i)
+            key = key << 1 | ((static_cast<std::int64_t>(std::floor(b.bounds.centre[i] / 8)) + (1 << 20)) >> bit & 1);
     return key;
 }
 

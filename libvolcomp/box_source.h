@@ -14,8 +14,8 @@ namespace volcomp {
 /// (volume.h), the eigenvalues across it taken as equal.
 struct alignas(16) SourceVoxel {
     float v[3] = {0, 0, 0}, iso = 0;
-    float colour[3] = {0, 0, 0};  ///< times density
-    float density = 0;            ///< 1 / box length, > 0
+    float colour[3] = {0, 0, 0}; ///< times density
+    float density = 0;           ///< 1 / box length, > 0
 };
 
 /// A cuboid along the box's axes, voxels of the part.
@@ -25,24 +25,24 @@ struct SourceBounds {
 
 /// The voxels of one leaf of the box's tree.
 struct SourceBlock {
-    SourceBounds bounds;         ///< of its voxels' cubes
-    std::uint32_t begin, end;    ///< in SourcePart::voxels
+    SourceBounds bounds;      ///< of its voxels' cubes
+    std::uint32_t begin, end; ///< in SourcePart::voxels
 };
 
 /// One material of a box.
 struct SourcePart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
-    double voxel = 1;            ///< edge, box length
+    double voxel = 1; ///< edge, box length
     bool has_direction = false;
-    bool has_colour = false;     ///< false: `colour` everywhere
+    bool has_colour = false; ///< false: `colour` everywhere
     Vec3f colour{1.0f};
     SourceBounds bounds{Vec3f(0.0f), Vec3f(0.0f)}; ///< of all voxels' cubes
-    float shift = 0.5f;          ///< voxel i holds what lies in [i - shift, i + 1 - shift), voxels of the part
-    std::vector<SourceBlock> blocks; ///< neighbours in the list are neighbours in space
+    float shift = 0.5f;                            ///< voxel i holds what lies in [i - shift, i + 1 - shift), voxels of the part
+    std::vector<SourceBlock> blocks;               ///< neighbours in the list are neighbours in space
     std::vector<std::vector<SourceBounds>> groups; ///< [0]: of each eight blocks; further: of each eight of the groups before
     std::vector<SourceVoxel> voxels;
-    std::vector<float> x, y, z;  ///< centres of the voxels, in voxels of the part
+    std::vector<float> x, y, z; ///< centres of the voxels, in voxels of the part
 };
 
 /// Packs the active voxels of positive density. Active tiles become voxels. Throws Error for NaN, infinite or negative densities, and where the grid's

@@ -11,7 +11,8 @@ void Camera::validate() const
 {
     const Vec3d view = target - eye;
     if (!std::isfinite(eye.lengthSqr() + target.lengthSqr() + up.lengthSqr())) throw Error("camera: expected finite eye, target and up");
-    if (!(view.cross(up).length() > 1e-9 * view.length() * up.length())) throw Error("camera: expected a target away from the eye, not straight along `up`");
+    if (!(view.cross(up).length() > 1e-9 * view.length() * up.length()))
+        throw Error("camera: expected a target away from the eye, not straight along `up`");
     if (projection == Projection::perspective && !(field_of_view > 0 && field_of_view < kPi))
         throw Error("camera: expected 0 < field_of_view < pi radians");
     if (projection == Projection::orthographic && !(width > 0 && std::isfinite(width))) throw Error("camera: expected a finite width > 0");
@@ -57,7 +58,8 @@ Camera readCamera(TableReader& r)
     c.up = r.direction({"up", "", "what is up in the picture"}, c.up);
     c.field_of_view = kDegree * r.number({"field_of_view_degrees", "degrees", "horizontal; perspective"}, 40, {0.01, 170});
     c.width = r.number({"width", "m", "horizontal extent; orthographic"}, c.width, kPositive);
-    r.require((c.target - c.eye).cross(c.up).length() > 1e-9 * (c.target - c.eye).length(), "target", "a point away from the eye, not straight along `up`");
+    r.require((c.target - c.eye).cross(c.up).length() > 1e-9 * (c.target - c.eye).length(), "target",
+              "a point away from the eye, not straight along `up`");
     r.finish();
     return c;
 }

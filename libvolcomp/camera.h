@@ -25,7 +25,7 @@ struct Camera {
 };
 
 struct CameraRay {
-    Vec3d origin, direction;   ///< world; the direction is unit length
+    Vec3d origin, direction; ///< world; the direction is unit length
 };
 
 /// The rays of a picture of width x height square pixels.
@@ -38,7 +38,7 @@ public:
 
 private:
     bool m_perspective;
-    Vec3d m_eye, m_forward, m_right, m_down;   ///< of a ray at the picture's middle; steps of one pixel
+    Vec3d m_eye, m_forward, m_right, m_down; ///< of a ray at the picture's middle; steps of one pixel
     double m_x0, m_y0;
 };
 

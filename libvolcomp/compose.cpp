@@ -110,11 +110,13 @@ void estimatePart(const Composer& composer, ComposeEstimate& e)
     // Systematic sampling along the running sum of the weights.
     std::vector<double> end(tiles);
     double sum = 0;
-    for (std::size_t t = 0; t < tiles; ++t) end[t] = sum += tiles == sample ? 1 : 4 + double(std::min<std::size_t>(composer.sourceCount(t), 1000));
+    for (std::size_t t = 0; t < tiles; ++t)
+        end[t] = sum += tiles == sample ? 1 : 4 + double(std::min<std::size_t>(composer.sourceCount(t), 1000));
     TileAccumulator sums;
     double voxels = 0, blocks = 0;
     for (std::size_t k = 0; k < sample; ++k) {
-        const auto t = static_cast<std::size_t>(std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * sum / double(sample)) - end.begin());
+        const auto t =
+            static_cast<std::size_t>(std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * sum / double(sample)) - end.begin());
         VoxelStore store;
         std::vector<PackedBlock> found;
         composer.compose(t, sums, store, found);
@@ -124,27 +126,28 @@ void estimatePart(const Composer& composer, ComposeEstimate& e)
     }
     const PackedPart part = composer.emptyPart();
     e.voxels += voxels;
-    e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour)) + blocks * 2 * sizeof(PackedBlock) + double(composer.bytes());
+    e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour)) + blocks * 2 * sizeof(PackedBlock)
+        + double(composer.bytes());
 }
 
 } // namespace
 
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params, const Progress& progress)
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
+                     const Progress& progress)
 {
     return compose(boxes, placements, ComposeExtras{}, params, progress);
 }
 
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
-                     const Progress& progress)
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                     const ComposeParams& params, const Progress& progress)
 {
     check(boxes, placements, params);
     const BoxSources sources = packBoxes(boxes, placements, extras, params.voxel);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
     for (std::size_t m = 0; m < sources.materials.size(); ++m)
-        volume.parts.push_back(composePart(Composer(sources.boxes, placements, extras, params, sources.materials[m]), [&](double f) {
-            report(progress, (double(m) + f) / double(sources.materials.size()));
-        }));
+        volume.parts.push_back(composePart(Composer(sources.boxes, placements, extras, params, sources.materials[m]),
+                                           [&](double f) { report(progress, (double(m) + f) / double(sources.materials.size())); }));
     if (volume.parts.empty()) volume.parts.emplace_back();
     report(progress, 1);
     return volume;

@@ -30,13 +30,13 @@ struct ComposeExtras {
 /// Throws Error for indices out of range, values that are not finite, and volumes beyond 2^24 voxels from the origin.
 PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
                      const Progress& progress = {});
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
-                     const Progress& progress = {});
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                     const ComposeParams& params, const Progress& progress = {});
 
 /// What compose() would need.
 struct ComposeEstimate {
-    double voxels = 0;  ///< active
-    double bytes = 0;   ///< the packed volume and the working memory
+    double voxels = 0; ///< active
+    double bytes = 0;  ///< the packed volume and the working memory
 };
 
 /// Composes up to 256 tiles of 16^3 voxels for each material and counts. A tile is drawn the more often the more sources it has, and counts the less, so that

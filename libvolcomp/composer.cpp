@@ -21,7 +21,8 @@ int levelFor(double step)
 }
 
 // A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node in it, tile in the node.
-constexpr int kInNode = 7 - TileAccumulator::kLog2, kInRoot = 5 + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
+constexpr int kInNode = 7 - TileAccumulator::kLog2,
+              kInRoot = 5 + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
 constexpr int kRootBits = 13, kRootBias = 1 << (kRootBits - 1);
 static_assert(3 * (kRootBits + kInRoot) <= 64 && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
 
@@ -39,7 +40,8 @@ openvdb::Coord tileOrigin(std::uint64_t key)
     const auto bits = [&](int from, int count) { return static_cast<int>(key >> from & ((1 << count) - 1)); };
     openvdb::Coord t;
     for (int i = 0; i < 3; ++i)
-        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32 + bits(3 * kInNode + (2 - i) * 5, 5)) * (1 << kInNode) + bits((2 - i) * kInNode, kInNode);
+        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32 + bits(3 * kInNode + (2 - i) * 5, 5)) * (1 << kInNode)
+            + bits((2 - i) * kInNode, kInNode);
     return {t[0] * kTile, t[1] * kTile, t[2] * kTile};
 }
 
@@ -68,8 +70,8 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>
     return packed;
 }
 
-Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, const ComposeParams& params,
-                   std::string material)
+Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                   const ComposeParams& params, std::string material)
     : m_boxes(boxes), m_placements(placements), m_extras(extras), m_params(params), m_material(std::move(material))
 {
     findColours();
@@ -164,7 +166,9 @@ void Composer::findTiles()
     tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) {
         for (std::size_t i = c * kChunk; i < std::min(m_placements.size(), (c + 1) * kChunk); ++i)
             if (const SourcePart* part = partOf(m_placements[i]))
-                PlacedBox(m_placements[i], *part, m_params.voxel).forTiles([&](const openvdb::Coord& tile) { lists[c].push_back({tileKey(tile), i}); });
+                PlacedBox(m_placements[i], *part, m_params.voxel).forTiles([&](const openvdb::Coord& tile) {
+                    lists[c].push_back({tileKey(tile), i});
+                });
     });
     std::uint64_t source = m_placements.size();
     for (std::size_t s = 0; s < m_extras.skins.size(); ++s) {
@@ -174,7 +178,9 @@ void Composer::findTiles()
             for (std::size_t t = 0; t < triangles; ++t) {
                 Vec3d low, high;
                 skin.bounds(static_cast<std::int32_t>(t), m_params.voxel, low, high);
-                forTilesBetween(low, high, "skin", [&](const openvdb::Coord& tile) { lists[chunks + s].push_back({tileKey(tile), source + t}); });
+                forTilesBetween(low, high, "skin", [&](const openvdb::Coord& tile) {
+                    lists[chunks + s].push_back({tileKey(tile), source + t});
+                });
             }
         source += triangles;
     }

@@ -14,7 +14,7 @@ namespace volcomp {
 
 class DualTree {
 public:
-    static constexpr int kDim = kLeafDim + 1;   ///< densities along an edge of a block
+    static constexpr int kDim = kLeafDim + 1; ///< densities along an edge of a block
 
     explicit DualTree(const VoxelTree& tree);
 
@@ -25,7 +25,10 @@ public:
         const auto at = m_blocks.find(openvdb::Coord(x >> 7, y >> 7, z >> 7));
         return at == m_blocks.end() ? VoxelTree::kEmpty : at->second;
     }
-    int leafIn(int block, int x, int y, int z) const { return m_children[std::size_t(block) * 4096 + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))]; }
+    int leafIn(int block, int x, int y, int z) const
+    {
+        return m_children[std::size_t(block) * 4096 + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))];
+    }
 
     /// The eight densities of a cell, offset as VoxelTree::offset(): corner (x,y,z) is corners[4 x + 2 y + z]. False where all are 0.
     bool corners(int leaf, int cell, float* corners) const

@@ -114,7 +114,8 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
             if (const double length = in_plane.length(); length > 1e-6) d = in_plane / length;
         }
     }
-    const int axis = std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0 : 2) : (std::abs(d[1]) >= std::abs(d[2]) ? 1 : 2);
+    const int axis =
+        std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0 : 2) : (std::abs(d[1]) >= std::abs(d[2]) ? 1 : 2);
     if (d[axis] < 0) d = -d;
     return {d, std::min(1.0, std::sqrt(std::max(0.0, trace - largest) / (2 * largest)))};
 }

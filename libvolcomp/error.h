@@ -17,7 +17,7 @@ public:
 
 /// What went wrong with a file, in one message: "FILE: PLACE: expected EXPECTED, found FOUND. HINT".
 /// `place` and `hint` may be empty.
-Error fileError(const std::filesystem::path& file, const std::string& place, const std::string& expected,
-                const std::string& found, const std::string& hint = {});
+Error fileError(const std::filesystem::path& file, const std::string& place, const std::string& expected, const std::string& found,
+                const std::string& hint = {});
 
 } // namespace volcomp

@@ -69,10 +69,7 @@ int drawCount(const Level::Span& span, Random& random)
     return static_cast<int>(std::floor(random.uniform(span.first, span.second + 1 - 1e-9) + 1e-12));
 }
 
-double varied(double value, double deviation, Random& random)
-{
-    return value * std::clamp(1 + deviation * random.normal(), 0.1, 2.0);
-}
+double varied(double value, double deviation, Random& random) { return value * std::clamp(1 + deviation * random.normal(), 0.1, 2.0); }
 
 /// Half widths of an outline at its nodes, greatest about 1, so that few pieces have the area of the smooth outline.
 std::vector<double> nodeWidths(Outline outline, int segments)
@@ -134,7 +131,8 @@ void trace(const Level& level, const Strand& strand, bool plain, std::vector<Nod
 /// Grows one level, generation by generation, and keeps its strands for the levels that stand on it.
 class Grower {
 public:
-    Grower(const Primitive& primitive, int variant) : m_primitive(primitive), m_key(hashKey(primitive.seed, static_cast<std::uint64_t>(variant)))
+    Grower(const Primitive& primitive, int variant)
+        : m_primitive(primitive), m_key(hashKey(primitive.seed, static_cast<std::uint64_t>(variant)))
     {
         for (const Level& level : primitive.levels) {
             const std::string& material = level.material.empty() ? primitive.material : level.material;
@@ -208,7 +206,8 @@ private:
             s.key = hashKey(key, 1 + static_cast<std::uint64_t>(k));
             Random r(s.key);
             s.root = groundPoint(level.spread, k, count, r);
-            const double outward = level.spread > 0 ? std::atan2(s.root[2], s.root[0]) : k * level.divergence + 2 * kPi * r.uniform() * (count == 1);
+            const double outward =
+                level.spread > 0 ? std::atan2(s.root[2], s.root[0]) : k * level.divergence + 2 * kPi * r.uniform() * (count == 1);
             place(level, s, outward + level.divergence_variation * r.normal(), r.uniform(level.angle.first, level.angle.second));
             s.length = varied(level.length > 0 ? level.length : level.length_ratio, level.length_variation, r);
             s.radius = level.radius > 0 ? level.radius : level.radius_ratio;
@@ -249,7 +248,8 @@ private:
         return strands;
     }
 
-    void bear(const Level& level, const Strand& parent, const std::vector<Node>& nodes, std::size_t index, bool fork, int count, Strand* out) const
+    void bear(const Level& level, const Strand& parent, const std::vector<Node>& nodes, std::size_t index, bool fork, int count,
+              Strand* out) const
     {
         const std::uint64_t key = hashKey(parent.key, 2000 + index);
         Random shared(key);
@@ -340,7 +340,9 @@ private:
             }
         });
         segments.erase(std::remove_if(segments.begin() + static_cast<std::ptrdiff_t>(first), segments.end(),
-                                      [&](const Segment& s) { return s.a == s.b || (level.flat() && !s.flat()) || std::max(s.size_a, s.size_b) <= 0; }),
+                                      [&](const Segment& s) {
+                                          return s.a == s.b || (level.flat() && !s.flat()) || std::max(s.size_a, s.size_b) <= 0;
+                                      }),
                        segments.end());
     }
 
@@ -353,7 +355,8 @@ private:
             Strand s;
             s.root = groundPoint(level.spread, k, level.clumps, random);
             s.key = hashKey(hashKey(m_key, index), (1ULL << 40) + static_cast<std::uint64_t>(k));
-            const double lean = 0.5 * (level.angle.first + level.angle.second) * std::min(1.0, s.root.length() / std::max(level.spread, 1e-30));
+            const double lean =
+                0.5 * (level.angle.first + level.angle.second) * std::min(1.0, s.root.length() / std::max(level.spread, 1e-30));
             place(level, s, std::atan2(s.root[2], s.root[0]), lean);
             s.length = level.length > 0 ? level.length : level.length_ratio;
             trace(level, s, true, guides[k]);
@@ -371,9 +374,9 @@ private:
 
     const Primitive& m_primitive;
     std::uint64_t m_key;
-    std::vector<std::size_t> m_part;            ///< of each level
-    std::vector<std::uint32_t> m_strands;       ///< numbers given out in each part
-    std::vector<std::vector<Strand>> m_grown;   ///< of each level that others stand on
+    std::vector<std::size_t> m_part;          ///< of each level
+    std::vector<std::uint32_t> m_strands;     ///< numbers given out in each part
+    std::vector<std::vector<Strand>> m_grown; ///< of each level that others stand on
     Skeleton m_skeleton;
 };
 

@@ -12,11 +12,11 @@ namespace volcomp {
 
 /// A piece of a strand: a tapered round cone, or with `side` a flat trapezoid. Box space, metres.
 struct Segment {
-    Vec3f a, b;               ///< ends of the axis
-    Vec3f side{0.0f};         ///< unit, across a flat piece and perpendicular to its axis; zero: a round cone
-    float size_a = 0, size_b = 0; ///< radius, or half the width of a flat piece
+    Vec3f a, b;                           ///< ends of the axis
+    Vec3f side{0.0f};                     ///< unit, across a flat piece and perpendicular to its axis; zero: a round cone
+    float size_a = 0, size_b = 0;         ///< radius, or half the width of a flat piece
     Vec3f colour_a{1.0f}, colour_b{1.0f}; ///< linear RGB
-    std::uint32_t strand = 0; ///< pieces of one strand have the same number, stand together, and count once where they meet
+    std::uint32_t strand = 0;             ///< pieces of one strand have the same number, stand together, and count once where they meet
 
     bool flat() const { return side != Vec3f(0.0f); }
 };

@@ -33,7 +33,9 @@ std::vector<unsigned char> toBytes(const Image& image, int channels)
             const float* p = image.pixel(x, y);
             const float alpha = index[3] < 0 ? 1 : std::min(1.0f, std::max(0.0f, p[index[3]]));
             for (int c = 0; c < channels; ++c) {
-                const float value = c == 3 ? alpha : index[c] < 0 ? 0 : toSrgb(channels == 4 && alpha > 0 ? p[index[c]] / alpha : p[index[c]]);
+                const float value = c == 3 ? alpha
+                    : index[c] < 0         ? 0
+                                           : toSrgb(channels == 4 && alpha > 0 ? p[index[c]] / alpha : p[index[c]]);
                 bytes.push_back(static_cast<unsigned char>(std::lround(255 * value)));
             }
         }
@@ -68,7 +70,8 @@ Image readImage(const std::filesystem::path& file)
     image.height = in->spec().height;
     image.channels = in->spec().channelnames;
     image.pixels.resize(image.channels.size() * image.width * image.height);
-    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data())) throw fileError(file, "", "a complete picture", "'" + in->geterror() + "'");
+    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data()))
+        throw fileError(file, "", "a complete picture", "'" + in->geterror() + "'");
     return image;
 }
 
@@ -92,10 +95,10 @@ void writeImage(const std::filesystem::path& file, const Image& image, const std
         const auto alpha = std::find(spec.channelnames.begin(), spec.channelnames.end(), "A");
         spec.alpha_channel = alpha == spec.channelnames.end() ? -1 : int(alpha - spec.channelnames.begin());
         for (const auto& [name, value] : metadata) spec.attribute(name, value);
-        const bool written = out->open(temporary.string(), spec) &&
-                             (exr ? out->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
-                                  : out->write_image(OIIO::TypeDesc::UINT8, toBytes(image, channels).data())) &&
-                             out->close();
+        const bool written = out->open(temporary.string(), spec)
+            && (exr ? out->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
+                    : out->write_image(OIIO::TypeDesc::UINT8, toBytes(image, channels).data()))
+            && out->close();
         if (!written) throw failed("'" + out->geterror() + "'");
     });
 }

@@ -10,8 +10,8 @@ namespace volcomp {
 /// Linear, scene-referred pixels, row by row from the top left, channels interleaved.
 struct Image {
     int width = 0, height = 0;
-    std::vector<std::string> channels;  ///< names: R, G, B, A (premultiplied), Z, ...
-    std::vector<float> pixels;          ///< width * height * channels.size()
+    std::vector<std::string> channels; ///< names: R, G, B, A (premultiplied), Z, ...
+    std::vector<float> pixels;         ///< width * height * channels.size()
 
     float* pixel(int x, int y) { return &pixels[(static_cast<std::size_t>(y) * width + x) * channels.size()]; }
     const float* pixel(int x, int y) const { return &pixels[(static_cast<std::size_t>(y) * width + x) * channels.size()]; }

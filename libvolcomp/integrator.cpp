@@ -12,11 +12,13 @@ double segmentLight(double a, double x)
     return std::exp(-a - x) * -std::expm1(x) / -x; // a + x >= 0: no overflow
 }
 
-Integrator::Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights, const RenderParams& params)
+Integrator::Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights,
+                       const RenderParams& params)
     : m_tree(tree), m_materials(std::move(part_materials)), m_lights(lights), m_corner_lights(lights), m_params(params)
 {
     for (const Material& m : m_materials)
-        for (int code = 0; code < 64; ++code) m_lobes.push_back(makeLobe(m, VoxelTree::spreadOf(std::min(code, VoxelTree::kSpreadCodes - 1))));
+        for (int code = 0; code < 64; ++code)
+            m_lobes.push_back(makeLobe(m, VoxelTree::spreadOf(std::min(code, VoxelTree::kSpreadCodes - 1))));
     for (Light& l : m_corner_lights) {
         l.position = tree.toCorner(l.position);
         l.direction = tree.directionToCorner(l.direction);
@@ -54,8 +56,10 @@ double Integrator::depthToLight(std::size_t light, const int* cell, const Vec3d&
         return beyond + (sums ? sumDepth(*m_dual, r, d_world) : trilinearDepth(r, d_world));
     }
     if (swept && !sums) {
-        const MarchRay r = m_lights[light].kind == LightKind::directional ? m_light_rays[light].from(p, way) : MarchRay(m_tree, p, L, way).from(p, way);
-        return beyond + m_extinction * (m_fibre ? shortIntegral<true>(m_tree, r, cell, d_world) : shortIntegral<false>(m_tree, r, cell, d_world));
+        const MarchRay r =
+            m_lights[light].kind == LightKind::directional ? m_light_rays[light].from(p, way) : MarchRay(m_tree, p, L, way).from(p, way);
+        return beyond
+            + m_extinction * (m_fibre ? shortIntegral<true>(m_tree, r, cell, d_world) : shortIntegral<false>(m_tree, r, cell, d_world));
     }
     const MarchRay r(m_tree, p, L, way);
     if (sums) return beyond + sumDepth(m_tree, r, d_world);
@@ -72,7 +76,8 @@ RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch
     return sample;
 }
 
-void Integrator::traceFurther(RaySample& sample, const Vec3d& origin, const Vec3d& direction, double start, double end, Scratch& scratch) const
+void Integrator::traceFurther(RaySample& sample, const Vec3d& origin, const Vec3d& direction, double start, double end,
+                              Scratch& scratch) const
 {
     if (!(std::abs(direction.length() - 1) < 1e-3)) return;
     const Vec3d o = m_tree.toCorner(origin), d = m_tree.directionToCorner(direction);
@@ -91,7 +96,8 @@ void Integrator::traceFurther(RaySample& sample, const Vec3d& origin, const Vec3
 
 void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to, std::vector<float>& seen) const
 {
-    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), to / m_tree.voxelSize(), from / m_tree.voxelSize());
+    const MarchRay r(m_tree, m_tree.toCorner(origin), m_tree.directionToCorner(direction), to / m_tree.voxelSize(),
+                     from / m_tree.voxelSize());
     double depth = 0;
     forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
         const float* density = m_tree.densities(span.leaf);
@@ -143,7 +149,8 @@ void Integrator::traceExact(RaySample& sample, const MarchRay& r, const Vec3d& d
 }
 
 // A segment with the shading in scratch.lights, its light linear in optical depth from p (at t) to q (at end), both in `cell`.
-void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delta, const int* cell, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const
+void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delta, const int* cell, const Vec3d& p, const Vec3d& q,
+                            double t, double end, Scratch& scratch) const
 {
     ++scratch.counts.shaded_voxels;
     const double opacity = -std::expm1(-delta);
@@ -156,7 +163,8 @@ void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delt
             continue;
         }
         if (m_sweep && addRoughly(sample, l, opacity, cell, 0.5 * (p + q), t, scratch)) continue;
-        const double a = light.t == t ? light.depth : depthToLight(l, cell, p, scratch.counts), b = depthToLight(l, cell, q, scratch.counts);
+        const double a = light.t == t ? light.depth : depthToLight(l, cell, p, scratch.counts),
+                     b = depthToLight(l, cell, q, scratch.counts);
         light.depth = b;
         light.t = end;
         addLight(sample, l, delta * segmentLight(a, delta + b - a) * light.S, scratch);
@@ -166,7 +174,8 @@ void Integrator::addSegment(RaySample& sample, const Vec3d& ambient, double delt
 }
 
 // Where little depends on it, or the sweep knows no better: light that is the same in the whole segment.
-bool Integrator::addRoughly(RaySample& sample, std::size_t light, double opacity, const int* cell, const Vec3d& middle, double t, Scratch& scratch) const
+bool Integrator::addRoughly(RaySample& sample, std::size_t light, double opacity, const int* cell, const Vec3d& middle, double t,
+                            Scratch& scratch) const
 {
     constexpr double kTrace = 0.001, kReuse = 2; // of a voxel that is a trace, the light is that of another not farther than so many voxels
     LightState& state = scratch.lights[light];
@@ -206,11 +215,13 @@ void Integrator::startShading(Scratch& scratch, Vec3d& ambient) const
 }
 
 // Adds `share` times what the voxel reflects to S of each light, and to the ambient light.
-void Integrator::shade(int leaf, int voxel, const int* cell, double voxel_share, const Vec3d& p, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const
+void Integrator::shade(int leaf, int voxel, const int* cell, double voxel_share, const Vec3d& p, const Vec3d& V, Scratch& scratch,
+                       Vec3d& ambient) const
 {
     double total = 0;
     const bool fibres = m_fibre;
-    m_tree.contents(leaf, voxel, [&](const VoxelContent& content) { total += content.density * (fibres ? m_tree.fibreFactor(content, V) : 1); });
+    m_tree.contents(leaf, voxel,
+                    [&](const VoxelContent& content) { total += content.density * (fibres ? m_tree.fibreFactor(content, V) : 1); });
     if (!(total > 0)) return;
     m_tree.contents(leaf, voxel, [&](const VoxelContent& content) {
         const Material& material = m_materials[content.part];
@@ -230,10 +241,13 @@ void Integrator::shade(int leaf, int voxel, const int* cell, double voxel_share,
             if (!(in.weight > 0)) continue;
             const Vec3d L = m_tree.directionToWorld(in.L);
             Reflection f;
-            if (content.directed) f = material.kind == MaterialKind::fibre ? reflectFibre(lobe, content.direction, V, L) : reflectSurface(lobe, content.direction, V, L);
+            if (content.directed)
+                f = material.kind == MaterialKind::fibre ? reflectFibre(lobe, content.direction, V, L)
+                                                         : reflectSurface(lobe, content.direction, V, L);
             else if (normal.lengthSqr() > 0) f = reflectSided(lobe, normal, V, L);
             else f = reflectIsotropic(lobe);
-            const Vec3d I = (f.diffuse * content.colour + f.specular * material.specular_colour) * m_lights[l].strength * (in.weight * share);
+            const Vec3d I =
+                (f.diffuse * content.colour + f.specular * material.specular_colour) * m_lights[l].strength * (in.weight * share);
             if (I[0] + I[1] + I[2] > 0) {
                 scratch.lights[l].S += I;
                 scratch.lights[l].lit = true;
@@ -245,7 +259,8 @@ void Integrator::shade(int leaf, int voxel, const int* cell, double voxel_share,
 // Against the density's gradient (central differences), unit length, world; zero where the density is flat.
 Vec3d Integrator::gradientNormal(const int* c) const
 {
-    Vec3d g(m_tree.density(c[0] - 1, c[1], c[2]) - m_tree.density(c[0] + 1, c[1], c[2]), m_tree.density(c[0], c[1] - 1, c[2]) - m_tree.density(c[0], c[1] + 1, c[2]),
+    Vec3d g(m_tree.density(c[0] - 1, c[1], c[2]) - m_tree.density(c[0] + 1, c[1], c[2]),
+            m_tree.density(c[0], c[1] - 1, c[2]) - m_tree.density(c[0], c[1] + 1, c[2]),
             m_tree.density(c[0], c[1], c[2] - 1) - m_tree.density(c[0], c[1], c[2] + 1));
     const double length = g.length();
     return length > 0 ? m_tree.directionToWorld(g / length) : Vec3d(0.0);

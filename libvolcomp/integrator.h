@@ -18,11 +18,11 @@ namespace volcomp {
 
 /// What a ray brings.
 struct RaySample {
-    Vec3d radiance{0.0};       ///< of the volume alone, the background not added
-    double transmittance = 1;  ///< to the ray's end
+    Vec3d radiance{0.0};      ///< of the volume alone, the background not added
+    double transmittance = 1; ///< to the ray's end
     // With RenderParams::aovs, weighted by what each voxel shows of itself:
-    Vec3d albedo{0.0}, normal{0.0};   ///< alpha c_b; direction, turned to the eye
-    double depth = 0;                 ///< distance from the ray's origin, world units
+    Vec3d albedo{0.0}, normal{0.0}; ///< alpha c_b; direction, turned to the eye
+    double depth = 0;               ///< distance from the ray's origin, world units
 };
 
 struct RayCounts {
@@ -35,17 +35,17 @@ public:
     /// `part_materials` holds the material of each part of the tree. The references must outlive this.
     Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights, const RenderParams& params);
 
-    struct LightState { // of one light along a ray
-        Vec3d S{0.0};               ///< its strength, falloff and the voxel's reflection, without what lies between
-        double depth = 0, t = -1;   ///< optical depth from the ray's point at t to the light
-        double passes = 0, rough_t = -1e30;   ///< light that passes to the point at rough_t, roughly
+    struct LightState {                     // of one light along a ray
+        Vec3d S{0.0};                       ///< its strength, falloff and the voxel's reflection, without what lies between
+        double depth = 0, t = -1;           ///< optical depth from the ray's point at t to the light
+        double passes = 0, rough_t = -1e30; ///< light that passes to the point at rough_t, roughly
         bool fine = false, lit = false;
     };
     struct Scratch {
         std::vector<LightState> lights;
         RayCounts counts;
-        Vec3d albedo{0.0}, normal{0.0};        ///< of the voxel at hand
-        std::vector<Vec3d> light_radiance;     ///< of each light, summed over the ray; with aovs
+        Vec3d albedo{0.0}, normal{0.0};    ///< of the voxel at hand
+        std::vector<Vec3d> light_radiance; ///< of each light, summed over the ray; with aovs
     };
 
     /// Both in world units; the direction is unit length. Zero or non-finite directions see nothing.
@@ -75,28 +75,31 @@ private:
     template <class Tree>
     double sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d_world) const;
     double trilinearDepth(const MarchRay& r, const Vec3d& d_world) const;
-    void addSegment(RaySample& sample, const Vec3d& ambient, double delta, const int* cell, const Vec3d& p, const Vec3d& q, double t, double end, Scratch& scratch) const;
-    bool addRoughly(RaySample& sample, std::size_t light, double opacity, const int* cell, const Vec3d& middle, double t, Scratch& scratch) const;
+    void addSegment(RaySample& sample, const Vec3d& ambient, double delta, const int* cell, const Vec3d& p, const Vec3d& q, double t,
+                    double end, Scratch& scratch) const;
+    bool addRoughly(RaySample& sample, std::size_t light, double opacity, const int* cell, const Vec3d& middle, double t,
+                    Scratch& scratch) const;
     Vec3d toLight(std::size_t light, const Vec3d& p, double& distance) const;
     void addAovs(RaySample& sample, double weight, double t, Scratch& scratch) const;
     void addLight(RaySample& sample, std::size_t light, const Vec3d& source, Scratch& scratch) const;
     void startShading(Scratch& scratch, Vec3d& ambient) const;
-    void shade(int leaf, int voxel, const int* cell, double share, const Vec3d& p_corner, const Vec3d& V, Scratch& scratch, Vec3d& ambient) const;
+    void shade(int leaf, int voxel, const int* cell, double share, const Vec3d& p_corner, const Vec3d& V, Scratch& scratch,
+               Vec3d& ambient) const;
     double effectiveDensity(int x, int y, int z, const Vec3d& d_world) const;
     Vec3d gradientNormal(const int* cell) const;
 
     const VoxelTree& m_tree;
-    std::shared_ptr<const DualTree> m_dual;   ///< for the trilinear filter
+    std::shared_ptr<const DualTree> m_dual; ///< for the trilinear filter
     const ShadowSweep* m_sweep = nullptr;
-    bool m_fibre;                             ///< fibre extinction matters
+    bool m_fibre; ///< fibre extinction matters
     std::vector<Material> m_materials;
     const std::vector<Light>& m_lights;
-    std::vector<Light> m_corner_lights;   ///< position in corner coordinates, direction in grid axes
-    std::vector<MarchRay> m_light_rays;   ///< towards the directional ones
+    std::vector<Light> m_corner_lights; ///< position in corner coordinates, direction in grid axes
+    std::vector<MarchRay> m_light_rays; ///< towards the directional ones
     RenderParams m_params;
-    std::vector<Lobe> m_lobes;            ///< 64 a part, by spread code
-    double m_extinction;                  ///< optical depth of density 1 over one voxel
-    double m_stop;                        ///< of line integrals
+    std::vector<Lobe> m_lobes; ///< 64 a part, by spread code
+    double m_extinction;       ///< optical depth of density 1 over one voxel
+    double m_stop;             ///< of line integrals
 };
 
 /// (1 - e^-x) / x e^-a without overflow, 1 at x = 0: the light of a segment whose optical depth to the light goes linearly from a to a + x - delta.

@@ -79,7 +79,8 @@ void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3
                 if (!(depths[k] > 0)) continue;
                 int v[3];
                 cornerVoxel(cell, k, v);
-                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, depths[k] / delta, middle, -direction, scratch, ambient);
+                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, depths[k] / delta, middle, -direction,
+                      scratch, ambient);
             }
             const int at_middle[3] = {int(std::floor(middle[0])), int(std::floor(middle[1])), int(std::floor(middle[2]))};
             addSegment(sample, ambient, delta, at_middle, along(r, t) + half, along(r, end) + half, t, end, scratch);
@@ -131,7 +132,8 @@ double Integrator::sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d)
 {
     double sum = 0;
     forEachStep(tree, r, m_params.step, [&](double t) {
-        filterAt(tree, along(r, t), [&](double weight, const int* v) { sum += weight * m_params.step * effectiveDensity(v[0], v[1], v[2], d); });
+        filterAt(tree, along(r, t),
+                 [&](double weight, const int* v) { sum += weight * m_params.step * effectiveDensity(v[0], v[1], v[2], d); });
         return sum < m_stop;
     });
     return m_extinction * sum;
@@ -139,26 +141,33 @@ double Integrator::sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d)
 
 // Sum (4), the current sample's own attenuation included, as printed. `shift` leads from the tree's coordinates to corner coordinates.
 template <class Tree>
-void Integrator::traceSums(RaySample& sample, const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction, Scratch& scratch) const
+void Integrator::traceSums(RaySample& sample, const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction,
+                           Scratch& scratch) const
 {
     forEachStep(tree, r, m_params.step, [&](double t) {
         const Vec3d at = along(r, t), p = at + Vec3d(shift);
         double delta = 0;
-        filterAt(tree, at, [&](double weight, const int* v) { delta += weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction); });
+        filterAt(tree, at, [&](double weight, const int* v) {
+            delta += weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction);
+        });
         if (!(delta > 0)) return true;
         ++scratch.counts.shaded_voxels;
         Vec3d source;
         startShading(scratch, source);
         filterAt(tree, at, [&](double weight, const int* v) {
             const double share = weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction) / delta;
-            if (share > 0) shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, share, p, -direction, scratch, source);
+            if (share > 0)
+                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, share, p, -direction, scratch, source);
         });
         sample.transmittance *= std::exp(-delta);
         if (m_params.aovs) addAovs(sample, sample.transmittance * delta, t, scratch);
         const int at_p[3] = {int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2]))};
         for (std::size_t l = 0; l < m_lights.size(); ++l)
             if (scratch.lights[l].lit)
-                addLight(sample, l, scratch.lights[l].S * (delta * (m_params.shadows == Shadows::none ? 1 : std::exp(-depthToLight(l, at_p, p, scratch.counts)))), scratch);
+                addLight(sample, l,
+                         scratch.lights[l].S
+                             * (delta * (m_params.shadows == Shadows::none ? 1 : std::exp(-depthToLight(l, at_p, p, scratch.counts)))),
+                         scratch);
         sample.radiance += sample.transmittance * delta * source;
         return sample.transmittance >= m_params.cutoff;
     });

@@ -27,22 +27,22 @@ enum class CombSpace {
 
 struct Layer {
     std::string name;
-    std::string box;       ///< name of a primitive
-    std::string surface;   ///< name of a surface
+    std::string box;     ///< name of a primitive
+    std::string surface; ///< name of a surface
     std::uint64_t seed = 1;
 
     Sampling sampling = Sampling::area;
-    double density = 0;                        ///< where the second density is 1
-    int cells_u = 256, cells_v = 256;          ///< Sampling::uv
-    Sheets sheets = Sheets::all;               ///< where a projected line meets the surface several times
-    std::vector<MapSpec> where;                ///< second density, clamped to 0 ... 1
-    std::vector<MapSpec> size;                 ///< multiplies the scale
-    std::vector<MapSpec> colour;               ///< multiplies the box's colour
+    double density = 0;               ///< where the second density is 1
+    int cells_u = 256, cells_v = 256; ///< Sampling::uv
+    Sheets sheets = Sheets::all;      ///< where a projected line meets the surface several times
+    std::vector<MapSpec> where;       ///< second density, clamped to 0 ... 1
+    std::vector<MapSpec> size;        ///< multiplies the scale
+    std::vector<MapSpec> colour;      ///< multiplies the box's colour
     TintAt tint = TintAt::root;
 
-    std::pair<double, double> scale{1, 1};     ///< drawn evenly
+    std::pair<double, double> scale{1, 1};      ///< drawn evenly
     std::pair<double, double> turn{0, 2 * kPi}; ///< about the box's axis; 0: its +X faces the comb direction
-    std::pair<double, double> tilt{0, 0};      ///< of the axis, to a random side, after the comb
+    std::pair<double, double> tilt{0, 0};       ///< of the axis, to a random side, after the comb
     bool combed = false;
     Vec3d comb{0, -1, 0};                      ///< world direction in which the axis leans; its part along the surface counts
     std::filesystem::path comb_map;            ///< instead: red, green, blue of an image, 0 ... 1 meaning -1 ... 1

@@ -9,7 +9,7 @@
 namespace volcomp {
 namespace {
 
-constexpr double kVoxelsPerPixel = 1.5;  // at the distance where a level begins
+constexpr double kVoxelsPerPixel = 1.5; // at the distance where a level begins
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 // The distances from the eye between which the volume lies.
@@ -30,8 +30,8 @@ void distances(const VoxelTree& tree, const Vec3d& eye, double& nearest, double&
 
 } // namespace
 
-LevelOfDetail::LevelOfDetail(const VoxelTree& tree, const std::vector<Material>& part_materials, const std::vector<Light>& lights, const RenderParams& params,
-                             const Camera& camera, const CameraRays& rays, const Crop& crop)
+LevelOfDetail::LevelOfDetail(const VoxelTree& tree, const std::vector<Material>& part_materials, const std::vector<Light>& lights,
+                             const RenderParams& params, const Camera& camera, const CameraRays& rays, const Crop& crop)
     : m_materials(part_materials), m_lights(lights), m_params(params)
 {
     double nearest = 0, farthest = 0;
@@ -87,7 +87,8 @@ void LevelOfDetail::sweep(const VoxelTree& tree, Level& level, const CameraRays&
     for (const std::vector<float>& part : local)
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     const Integrator& integrator = *level.integrator;
-    level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(), integrator.darkest(), m_params.extinction == Extinction::fibre);
+    level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(), integrator.darkest(),
+                                                      m_params.extinction == Extinction::fibre);
     level.integrator->useSweep(*level.sweep);
 }
 

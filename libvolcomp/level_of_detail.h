@@ -21,19 +21,19 @@ class LevelOfDetail {
 public:
     /// Prepares the levels that the camera needs; without params.lod the tree alone. `rays` and `crop` are the picture's, for the light that
     /// is swept for it. `tree` must outlive this.
-    LevelOfDetail(const VoxelTree& tree, const std::vector<Material>& part_materials, const std::vector<Light>& lights, const RenderParams& params,
-                  const Camera& camera, const CameraRays& rays, const Crop& crop);
+    LevelOfDetail(const VoxelTree& tree, const std::vector<Material>& part_materials, const std::vector<Light>& lights,
+                  const RenderParams& params, const Camera& camera, const CameraRays& rays, const Crop& crop);
 
     /// As Integrator::trace().
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Integrator::Scratch& scratch) const;
 
-    std::size_t levelCount() const { return m_levels.size(); }   ///< in use
-    std::size_t memoryBytes() const;                             ///< of the levels and the light, without `tree`
+    std::size_t levelCount() const { return m_levels.size(); } ///< in use
+    std::size_t memoryBytes() const;                           ///< of the levels and the light, without `tree`
 
 private:
     struct Level {
-        double start, end;                      ///< distances from the camera, world units
-        std::unique_ptr<const VoxelTree> own;   ///< null: the tree itself
+        double start, end;                    ///< distances from the camera, world units
+        std::unique_ptr<const VoxelTree> own; ///< null: the tree itself
         std::optional<Integrator> integrator;
         std::unique_ptr<const ShadowSweep> sweep;
     };

@@ -41,8 +41,9 @@ Light readLight(TableReader& r, int index)
 {
     Light l;
     l.name = r.text({"name", "", "of the light's own picture in the EXR"}, "light" + std::to_string(index + 1));
-    l.kind = r.choice<LightKind>({"kind", "", "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"}, l.kind,
-                                 {{"directional", LightKind::directional}, {"point", LightKind::point}, {"spot", LightKind::spot}, {"patch", LightKind::patch}});
+    l.kind = r.choice<LightKind>(
+        {"kind", "", "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"}, l.kind,
+        {{"directional", LightKind::directional}, {"point", LightKind::point}, {"spot", LightKind::spot}, {"patch", LightKind::patch}});
     l.direction = r.direction({"direction", "", "the way the light travels; all but point"}, l.direction);
     l.position = r.vector({"position", "m", "all but directional"}, l.position);
     l.strength = r.colour({"strength", "", "what a white diffuse surface that faces it shows; all but directional: at 1 m"}, l.strength);

@@ -15,11 +15,11 @@ enum class LightKind { directional, point, spot, patch };
 struct Light {
     std::string name;
     LightKind kind = LightKind::directional;
-    Vec3d direction{0, -1, 0};    ///< the way the light travels, unit; directional, spot and patch
-    Vec3d position{0, 0, 0};      ///< point, spot and patch
-    Vec3d strength{1, 1, 1};      ///< linear RGB; for the others than directional at distance 1
-    double angle = 0.5;           ///< spot: from its axis to where it is dark, radians
-    double soft_angle = 0.05;     ///< spot: width of the border, inside `angle`, radians
+    Vec3d direction{0, -1, 0}; ///< the way the light travels, unit; directional, spot and patch
+    Vec3d position{0, 0, 0};   ///< point, spot and patch
+    Vec3d strength{1, 1, 1};   ///< linear RGB; for the others than directional at distance 1
+    double angle = 0.5;        ///< spot: from its axis to where it is dark, radians
+    double soft_angle = 0.05;  ///< spot: width of the border, inside `angle`, radians
 
     /// Throws Error where a value is out of range or not finite, or a direction is not of unit length.
     void validate() const;
@@ -27,9 +27,9 @@ struct Light {
 
 /// What arrives from a light at a point that nothing shades.
 struct Illumination {
-    Vec3d L;            ///< unit, from the point to the light
-    double distance;    ///< to the light, world units; infinite for a directional light
-    double weight;      ///< of the light's strength: falloff and cone, >= 0
+    Vec3d L;         ///< unit, from the point to the light
+    double distance; ///< to the light, world units; infinite for a directional light
+    double weight;   ///< of the light's strength: falloff and cone, >= 0
 };
 
 /// All but directional lights fall off with the square of the distance, which is taken as no less than `closest` (> 0): a light inside the volume

@@ -14,17 +14,19 @@
 namespace volcomp {
 
 struct LightLattice {
-    int a = 0, b = 1, c = 2;          ///< the light's axis and the others
-    int sign = 1;                     ///< the light goes towards +a or -a
-    bool fans = false;                ///< rays start in one point
-    double s0 = 0;                    ///< of that point; 0 for parallel rays
+    int a = 0, b = 1, c = 2; ///< the light's axis and the others
+    int sign = 1;            ///< the light goes towards +a or -a
+    bool fans = false;       ///< rays start in one point
+    double s0 = 0;           ///< of that point; 0 for parallel rays
     double origin[2] = {0, 0}, slope[2] = {0, 0};
     double spacing0 = 1, spacing1 = 0;
 
     static LightLattice parallel(const Vec3d& direction, double spacing)
     {
         LightLattice l;
-        l.setAxis(std::abs(direction[0]) >= std::abs(direction[1]) && std::abs(direction[0]) >= std::abs(direction[2]) ? 0 : std::abs(direction[1]) >= std::abs(direction[2]) ? 1 : 2);
+        l.setAxis(std::abs(direction[0]) >= std::abs(direction[1]) && std::abs(direction[0]) >= std::abs(direction[2]) ? 0
+                      : std::abs(direction[1]) >= std::abs(direction[2])                                               ? 1
+                                                                                                                       : 2);
         l.sign = direction[l.a] > 0 ? 1 : -1;
         l.slope[0] = direction[l.b] / std::abs(direction[l.a]);
         l.slope[1] = direction[l.c] / std::abs(direction[l.a]);
@@ -56,7 +58,7 @@ struct LightLattice {
     double at(int axis, double u, double s) const { return origin[axis] + slope[axis] * (s - s0) + u * spacing(s); }
     /// The ray through x on the plane at s; for a fan s > s0.
     double rayThrough(int axis, double x, double s) const { return offsetFrom(axis, x, s) / spacing(s); }
-    double offsetFrom(int axis, double x, double s) const { return x - origin[axis] - slope[axis] * (s - s0); }   ///< ray 0
+    double offsetFrom(int axis, double x, double s) const { return x - origin[axis] - slope[axis] * (s - s0); } ///< ray 0
     /// Along b or c while one unit of s.
     double slopeOf(int axis, double u) const { return slope[axis] + u * spacing1; }
 
@@ -64,7 +66,8 @@ struct LightLattice {
     void raysThrough(int axis, double x_low, double x_high, double s_low, double s_high, double& low, double& high) const
     {
         if (fans) s_low = std::max(s_low, s0 + 1e-3);
-        const double u[4] = {rayThrough(axis, x_low, s_low), rayThrough(axis, x_low, s_high), rayThrough(axis, x_high, s_low), rayThrough(axis, x_high, s_high)};
+        const double u[4] = {rayThrough(axis, x_low, s_low), rayThrough(axis, x_low, s_high), rayThrough(axis, x_high, s_low),
+                             rayThrough(axis, x_high, s_high)};
         low = *std::min_element(u, u + 4);
         high = *std::max_element(u, u + 4);
     }

@@ -54,7 +54,8 @@ double gradientNoise(const Vec3d& p, int octaves, std::uint64_t seed)
 void MapSpec::validate() const
 {
     if (!image.empty() && noise > 0) throw Error("map: expected an image or noise, found both in one factor; write them as two factors");
-    if (!(noise >= 0) || octaves < 1 || octaves > 16 || channel < -1 || !std::isfinite(low + high + noise + repeat[0] + repeat[1] + constant.lengthSqr()))
+    if (!(noise >= 0) || octaves < 1 || octaves > 16 || channel < -1
+        || !std::isfinite(low + high + noise + repeat[0] + repeat[1] + constant.lengthSqr()))
         throw Error("map: expected finite numbers, noise >= 0 and 1 to 16 octaves");
 }
 
@@ -64,10 +65,12 @@ std::vector<MapSpec> readMaps(TableReader& r, const char* name, const char* mean
     for (TableReader& t : r.tables({name, "", meaning})) {
         MapSpec m;
         m.image = t.path({"image", "", "image file; several factors multiply"}, "");
-        m.channel = t.integer({"channel", "", "of the image, from 0; -1: luminance, or red, green and blue for a colour"}, m.channel, {-1, 1000});
+        m.channel =
+            t.integer({"channel", "", "of the image, from 0; -1: luminance, or red, green and blue for a colour"}, m.channel, {-1, 1000});
         m.wrap = t.choice<Wrap>({"wrap", "", "the image outside of its unit square"}, m.wrap,
                                 {{"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}, {"mirror", Wrap::mirror}, {"black", Wrap::black}});
-        const auto repeat = t.numbers({"repeat", "", "[across, up]: how often the image stands in the unit square of (u,v)"}, {1, 1}, {-1e6, 1e6});
+        const auto repeat =
+            t.numbers({"repeat", "", "[across, up]: how often the image stands in the unit square of (u,v)"}, {1, 1}, {-1e6, 1e6});
         t.require(repeat.size() == 2, "repeat", "two numbers");
         if (repeat.size() == 2) m.repeat = Vec2d(repeat[0], repeat[1]);
         m.noise = t.number({"noise", "m", "size of the features of noise in the world; 0: no noise"}, m.noise, kNotNegative);
@@ -75,7 +78,8 @@ std::vector<MapSpec> readMaps(TableReader& r, const char* name, const char* mean
         m.seed = static_cast<std::uint64_t>(t.integer({"seed", "", "of the noise"}, 1, {0, kInfinity}));
         if (colour) m.constant = t.colour({"constant", "", "a colour, where neither an image nor noise is given"}, m.constant);
         else m.constant = Vec3d(t.number({"constant", "", "a number, where neither an image nor noise is given"}, m.constant[0], kAny));
-        const auto range = t.numbers({"range", "", "[at 0, at 1]: what 0 and 1 of the image or noise become; [1, 0] inverts"}, {0, 1}, kAny);
+        const auto range =
+            t.numbers({"range", "", "[at 0, at 1]: what 0 and 1 of the image or noise become; [1, 0] inverts"}, {0, 1}, kAny);
         t.require(range.size() == 2, "range", "two numbers");
         if (range.size() == 2) m.low = range[0], m.high = range[1];
         t.require(m.image.empty() || m.noise == 0, "noise", "an image or noise, not both in one factor");
@@ -120,7 +124,9 @@ float Map::value(const Vec2d& uv, const Vec3d& p) const
             const double u = uv[0] * spec.repeat[0], v = uv[1] * spec.repeat[1];
             double x;
             if (spec.channel >= 0 || texture->channels < 3) x = texture->sample(u, v, std::max(0, spec.channel), spec.wrap);
-            else x = 0.2126 * texture->sample(u, v, 0, spec.wrap) + 0.7152 * texture->sample(u, v, 1, spec.wrap) + 0.0722 * texture->sample(u, v, 2, spec.wrap);
+            else
+                x = 0.2126 * texture->sample(u, v, 0, spec.wrap) + 0.7152 * texture->sample(u, v, 1, spec.wrap)
+                    + 0.0722 * texture->sample(u, v, 2, spec.wrap);
             product *= spec.low + (spec.high - spec.low) * x;
         } else if (spec.noise > 0) product *= spec.low + (spec.high - spec.low) * gradientNoise(p / spec.noise, spec.octaves, spec.seed);
         else product *= spec.constant[0];

@@ -17,14 +17,14 @@ class TableReader;
 /// One factor. It is an image, noise, or, where neither is given, the constant.
 struct MapSpec {
     std::filesystem::path image;
-    int channel = -1;            ///< of the image, from 0; -1: luminance (a colour map: red, green, blue)
+    int channel = -1; ///< of the image, from 0; -1: luminance (a colour map: red, green, blue)
     Wrap wrap = Wrap::repeat;
-    Vec2d repeat{1, 1};          ///< the image stands so many times in the unit square of (u,v)
-    double noise = 0;            ///< size of the noise's features, world units; 0: no noise
-    int octaves = 1;             ///< of the noise, each half as large and half as strong
-    std::uint64_t seed = 1;      ///< of the noise
-    Vec3d constant{1.0};         ///< a number map uses the first
-    double low = 0, high = 1;    ///< what an image's or noise's 0 and 1 become
+    Vec2d repeat{1, 1};       ///< the image stands so many times in the unit square of (u,v)
+    double noise = 0;         ///< size of the noise's features, world units; 0: no noise
+    int octaves = 1;          ///< of the noise, each half as large and half as strong
+    std::uint64_t seed = 1;   ///< of the noise
+    Vec3d constant{1.0};      ///< a number map uses the first
+    double low = 0, high = 1; ///< what an image's or noise's 0 and 1 become
 
     void validate() const;
 };

@@ -20,10 +20,10 @@ enum class ProjectionKind {
 struct MapProjection {
     ProjectionKind kind = ProjectionKind::uv;
     Vec3d centre{0.0};
-    Vec3d axis{0, 1, 0};   ///< unit
-    Vec3d up{0, 0, 1};     ///< unit; only its part perpendicular to the axis counts
-    double width = 1;      ///< plane: world length of u from 0 to 1
-    double height = 1;     ///< cylinder and plane: world length of v from 0 to 1
+    Vec3d axis{0, 1, 0}; ///< unit
+    Vec3d up{0, 0, 1};   ///< unit; only its part perpendicular to the axis counts
+    double width = 1;    ///< plane: world length of u from 0 to 1
+    double height = 1;   ///< cylinder and plane: world length of v from 0 to 1
 
     /// Throws Error where a number is not finite, a size is not positive or `up` is parallel to the axis.
     void validate() const;

@@ -53,8 +53,8 @@ public:
 
     static constexpr double kFar = 1e30;
     double o[3], d[3], inverse[3], t0, t1;
-    int sign[3], upper[3];   ///< upper: 1 where the ray leaves a cell through its upper face
-    int step[8];             ///< of the packed voxel, by the set of axes crossed
+    int sign[3], upper[3]; ///< upper: 1 where the ray leaves a cell through its upper face
+    int step[8];           ///< of the packed voxel, by the set of axes crossed
     bool hits;
 };
 
@@ -114,7 +114,7 @@ private:
 /// A leaf on the ray: where, from t to t_end.
 struct LeafSpan {
     int leaf;
-    const int* cell;       ///< lowest voxel
+    const int* cell; ///< lowest voxel
     double t, t_end;
     const CellWalk<1>* start;
 };
@@ -176,7 +176,8 @@ inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
 
 /// The density's integral over the ray's way through one leaf; `clip` where the ray may end in it.
 template <bool kFibre>
-inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start, double t_end, bool clip, const Vec3d& d_world)
+inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start, double t_end, bool clip,
+                           const Vec3d& d_world)
 {
     const float* density = tree.densities(leaf);
     const bool fibres = kFibre && tree.leaf(leaf).directed_fibres;
@@ -186,10 +187,12 @@ inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, c
         if (fibres) part *= tree.fibreFactor(leaf, 0, d_world);
     } else if (fibres)
         forEachVoxel(r, start, [&](int voxel, double t, double end) {
-            if (density[voxel] > 0) part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t) * tree.fibreFactor(leaf, voxel, d_world);
+            if (density[voxel] > 0)
+                part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t) * tree.fibreFactor(leaf, voxel, d_world);
         });
     else if (clip)
-        forEachVoxel(r, start, [&](int voxel, double t, double end) { part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t); });
+        forEachVoxel(r, start,
+                     [&](int voxel, double t, double end) { part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t); });
     else forEachVoxel(r, start, [&](int voxel, double t, double end) { part += double(density[voxel]) * (end - t); });
     return part;
 }

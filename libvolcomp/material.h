@@ -18,11 +18,11 @@ enum class MaterialKind {
 struct Material {
     std::string name;
     MaterialKind kind = MaterialKind::fibre;
-    double alpha = 0.8;          ///< weight of the diffuse (body) reflection, >= 0
-    double beta = 0.3;           ///< weight of the specular reflection, >= 0
-    double gamma = 0.2;          ///< half width at half maximum of the highlight, radians, clamped to >= 0.001
-    double n = 1.55;             ///< refractive index, > 0
-    Vec3d specular_colour{1.0};  ///< e, linear RGB
+    double alpha = 0.8;         ///< weight of the diffuse (body) reflection, >= 0
+    double beta = 0.3;          ///< weight of the specular reflection, >= 0
+    double gamma = 0.2;         ///< half width at half maximum of the highlight, radians, clamped to >= 0.001
+    double n = 1.55;            ///< refractive index, > 0
+    Vec3d specular_colour{1.0}; ///< e, linear RGB
 
     /// Throws Error where a value is out of range or not finite.
     void validate() const;

@@ -66,7 +66,7 @@ public:
         if (!f.is_valid() || uv.size() != faces[f.idx()].size()) return;
         for (const om::Vec2f& x : uv) face_uv[f.idx()].emplace_back(x[0], x[1]);
     }
-    void add_face_texcoords(om::FaceHandle, om::VertexHandle, const std::vector<om::Vec3f>&) override {}
+    void add_face_texcoords(om::FaceHandle, om::VertexHandle, const std::vector<om::Vec3f>&) override { }
     void set_normal(om::VertexHandle v, const om::Vec3f& n) override
     {
         if (!known(v)) return;
@@ -85,32 +85,32 @@ public:
     // What a triangle soup has no place for.
     om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override { return om::HalfedgeHandle(); }
     om::FaceHandle add_face(om::HalfedgeHandle) override { return om::FaceHandle(); }
-    void set_face_texindex(om::FaceHandle, int) override {}
-    void set_halfedge(om::VertexHandle, om::HalfedgeHandle) override {}
-    void set_color(om::VertexHandle, const om::Vec3uc&) override {}
-    void set_color(om::VertexHandle, const om::Vec4uc&) override {}
-    void set_color(om::VertexHandle, const om::Vec3f&) override {}
-    void set_color(om::VertexHandle, const om::Vec4f&) override {}
-    void set_status(om::VertexHandle, const om::Attributes::StatusInfo&) override {}
-    void set_next(om::HalfedgeHandle, om::HalfedgeHandle) override {}
-    void set_face(om::HalfedgeHandle, om::FaceHandle) override {}
-    void request_face_texcoords2D() override {}
-    void set_texcoord(om::HalfedgeHandle, const om::Vec2f&) override {}
-    void set_texcoord(om::HalfedgeHandle, const om::Vec3f&) override {}
-    void set_status(om::HalfedgeHandle, const om::Attributes::StatusInfo&) override {}
-    void set_color(om::EdgeHandle, const om::Vec3uc&) override {}
-    void set_color(om::EdgeHandle, const om::Vec4uc&) override {}
-    void set_color(om::EdgeHandle, const om::Vec3f&) override {}
-    void set_color(om::EdgeHandle, const om::Vec4f&) override {}
-    void set_status(om::EdgeHandle, const om::Attributes::StatusInfo&) override {}
-    void set_normal(om::FaceHandle, const om::Vec3f&) override {}
-    void set_normal(om::FaceHandle, const om::Vec3d&) override {}
-    void set_color(om::FaceHandle, const om::Vec3uc&) override {}
-    void set_color(om::FaceHandle, const om::Vec4uc&) override {}
-    void set_color(om::FaceHandle, const om::Vec3f&) override {}
-    void set_color(om::FaceHandle, const om::Vec4f&) override {}
-    void set_status(om::FaceHandle, const om::Attributes::StatusInfo&) override {}
-    void add_texture_information(int, std::string) override {}
+    void set_face_texindex(om::FaceHandle, int) override { }
+    void set_halfedge(om::VertexHandle, om::HalfedgeHandle) override { }
+    void set_color(om::VertexHandle, const om::Vec3uc&) override { }
+    void set_color(om::VertexHandle, const om::Vec4uc&) override { }
+    void set_color(om::VertexHandle, const om::Vec3f&) override { }
+    void set_color(om::VertexHandle, const om::Vec4f&) override { }
+    void set_status(om::VertexHandle, const om::Attributes::StatusInfo&) override { }
+    void set_next(om::HalfedgeHandle, om::HalfedgeHandle) override { }
+    void set_face(om::HalfedgeHandle, om::FaceHandle) override { }
+    void request_face_texcoords2D() override { }
+    void set_texcoord(om::HalfedgeHandle, const om::Vec2f&) override { }
+    void set_texcoord(om::HalfedgeHandle, const om::Vec3f&) override { }
+    void set_status(om::HalfedgeHandle, const om::Attributes::StatusInfo&) override { }
+    void set_color(om::EdgeHandle, const om::Vec3uc&) override { }
+    void set_color(om::EdgeHandle, const om::Vec4uc&) override { }
+    void set_color(om::EdgeHandle, const om::Vec3f&) override { }
+    void set_color(om::EdgeHandle, const om::Vec4f&) override { }
+    void set_status(om::EdgeHandle, const om::Attributes::StatusInfo&) override { }
+    void set_normal(om::FaceHandle, const om::Vec3f&) override { }
+    void set_normal(om::FaceHandle, const om::Vec3d&) override { }
+    void set_color(om::FaceHandle, const om::Vec3uc&) override { }
+    void set_color(om::FaceHandle, const om::Vec4uc&) override { }
+    void set_color(om::FaceHandle, const om::Vec3f&) override { }
+    void set_color(om::FaceHandle, const om::Vec4f&) override { }
+    void set_status(om::FaceHandle, const om::Attributes::StatusInfo&) override { }
+    void add_texture_information(int, std::string) override { }
     std::size_t n_vertices() const override { return points.size(); }
     std::size_t n_faces() const override { return faces.size(); }
     std::size_t n_edges() const override { return 0; }
@@ -156,9 +156,9 @@ std::vector<std::int32_t> weld(const std::vector<Vec3d>& points)
 }
 
 struct EdgeUse {
-    std::uint64_t edge;      ///< both welded points, the smaller first
+    std::uint64_t edge; ///< both welded points, the smaller first
     std::int32_t triangle;
-    bool forward;            ///< the triangle runs from the smaller to the larger
+    bool forward; ///< the triangle runs from the smaller to the larger
 };
 
 std::vector<EdgeUse> edgesOf(const Mesh& m, const std::vector<std::int32_t>& welded)
@@ -170,9 +170,8 @@ std::vector<EdgeUse> edgesOf(const Mesh& m, const std::vector<std::int32_t>& wel
             const std::uint32_t a = welded[m.triangles[t][i]], b = welded[m.triangles[t][(i + 1) % 3]];
             if (a != b) edges.push_back({std::uint64_t(std::min(a, b)) << 32 | std::max(a, b), static_cast<std::int32_t>(t), a < b});
         }
-    std::sort(edges.begin(), edges.end(), [](const EdgeUse& x, const EdgeUse& y) {
-        return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
-    });
+    std::sort(edges.begin(), edges.end(),
+              [](const EdgeUse& x, const EdgeUse& y) { return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle; });
     return edges;
 }
 

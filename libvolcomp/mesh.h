@@ -41,10 +41,10 @@ struct MeshReport {
 
 /// Triangles over shared points. All values are finite.
 struct Mesh {
-    std::vector<Vec3d> points;                        ///< world units
+    std::vector<Vec3d> points; ///< world units
     std::vector<std::array<std::int32_t, 3>> triangles;
-    std::vector<Vec3f> normals;                       ///< one for each point, unit or 0 where undefined
-    std::vector<std::array<Vec2f, 3>> uv;             ///< texture coordinates of each triangle's corners; empty: none
+    std::vector<Vec3f> normals;           ///< one for each point, unit or 0 where undefined
+    std::vector<std::array<Vec2f, 3>> uv; ///< texture coordinates of each triangle's corners; empty: none
     MeshReport report;
 };
 

@@ -166,8 +166,10 @@ Volume unpack(const PackedVolume& packed)
         part.kind = from.kind;
         part.uniform_colour = from.uniform_colour;
         part.density = gridOf<openvdb::FloatGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.density(b); });
-        if (from.has_direction) part.direction = gridOf<openvdb::Vec3SGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.direction(b); });
-        if (from.has_colour) part.colour = gridOf<openvdb::Vec3SGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.colour(b); });
+        if (from.has_direction)
+            part.direction = gridOf<openvdb::Vec3SGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.direction(b); });
+        if (from.has_colour)
+            part.colour = gridOf<openvdb::Vec3SGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.colour(b); });
     }
     return volume;
 }

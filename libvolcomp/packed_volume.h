@@ -49,11 +49,14 @@ struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
     bool has_direction = false, has_colour = false;
-    Vec3f uniform_colour{1.0f};        ///< of every voxel, where has_colour is false
-    std::vector<PackedBlock> blocks;   ///< in the order of an OpenVDB tree
+    Vec3f uniform_colour{1.0f};      ///< of every voxel, where has_colour is false
+    std::vector<PackedBlock> blocks; ///< in the order of an OpenVDB tree
     std::vector<VoxelStore> stores;
 
-    static std::size_t voxelBytes(bool direction, bool colour) { return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0); }
+    static std::size_t voxelBytes(bool direction, bool colour)
+    {
+        return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0);
+    }
 
     float* density(const PackedBlock& b) const { return reinterpret_cast<float*>(b.values); }
     Half3* direction(const PackedBlock& b) const ///< VolumePart::direction; null: none

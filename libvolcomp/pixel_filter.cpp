@@ -17,8 +17,10 @@ double pixelWeight(PixelFilter filter, double x)
 {
     if (std::abs(x) > 1) return 0;
     switch (filter) {
-    case PixelFilter::box: return 1;
-    case PixelFilter::gaussian: return std::exp(-0.5 * 9 * x * x); // cut at three standard deviations
+    case PixelFilter::box:
+        return 1;
+    case PixelFilter::gaussian:
+        return std::exp(-0.5 * 9 * x * x); // cut at three standard deviations
     case PixelFilter::blackman_harris: {
         const double a = kPi * x; // Harris 1978, four terms
         return 0.35875 + 0.48829 * std::cos(a) + 0.14128 * std::cos(2 * a) + 0.01168 * std::cos(3 * a);

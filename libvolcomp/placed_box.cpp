@@ -33,8 +33,9 @@ void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what, cons
     openvdb::Coord from, to;
     for (int i = 0; i < 3; ++i) {
         if (!(low[i] > -kFarthest && high[i] < kFarthest))
-            throw Error(fmt::format("{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel or move the scene to its origin", what,
-                                    std::max(std::abs(low[i]), std::abs(high[i]))));
+            throw Error(fmt::format(
+                "{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel or move the scene to its origin", what,
+                std::max(std::abs(low[i]), std::abs(high[i]))));
         from[i] = static_cast<int>(std::floor(low[i] / kTile));
         to[i] = static_cast<int>(std::floor(high[i] / kTile));
     }
@@ -85,7 +86,8 @@ void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit
     // A tile that the bounds reach may still pass the turned box by: the tile's bounds along the box's axes say so.
     double reach[3];
     for (int a = 0; a < 3; ++a) {
-        const double tile = 0.5 * kTile * (std::abs(double(m_turn[a][0])) + std::abs(double(m_turn[a][1])) + std::abs(double(m_turn[a][2])));
+        const double tile =
+            0.5 * kTile * (std::abs(double(m_turn[a][0])) + std::abs(double(m_turn[a][1])) + std::abs(double(m_turn[a][2])));
         const double step = Vec3d(m_axes[a][0], m_axes[a][1], m_axes[a][2]).length();
         reach[a] = tile + step * m_part.bounds.half[a] + margin * 1.7321;
     }
@@ -102,10 +104,10 @@ struct PlacedBox::InTile {
     const PlacedBox& box;
     TileAccumulator& tile;
     TileAccumulator::Batch batch;
-    float root[3];                 ///< in the tile's coordinates
+    float root[3];                  ///< in the tile's coordinates
     Four origin, axes[3], spans[3]; ///< for the bounds; spans are the axes' absolute values
     Four turn[3], tint;
-    float directions;              ///< factor of the sum of t tᵀ
+    float directions; ///< factor of the sum of t tᵀ
     std::optional<TintWalk> walk;
 
     bool reaches(const SourceBounds& b) const

@@ -25,19 +25,19 @@ public:
 
 private:
     struct InTile;
-    Vec3d mapped(const Vec3f& p) const;   ///< a vector of the box's voxels
-    Vec3d span(const Vec3f& half) const;  ///< half extents of a box along the target's axes
-    Vec3d worldOf(const Vec3f& p) const;  ///< of a place in the box's voxels
+    Vec3d mapped(const Vec3f& p) const;  ///< a vector of the box's voxels
+    Vec3d span(const Vec3f& half) const; ///< half extents of a box along the target's axes
+    Vec3d worldOf(const Vec3f& p) const; ///< of a place in the box's voxels
 
     const Placement& m_placement;
     const SourcePart& m_part;
     double m_voxel;
-    float m_axes[3][3];    ///< voxels of the target for a voxel of the box along its x, y, z
-    float m_turn[3][3];    ///< the same, unit length
+    float m_axes[3][3]; ///< voxels of the target for a voxel of the box along its x, y, z
+    float m_turn[3][3]; ///< the same, unit length
     Vec3d m_root;
-    int m_divisions;       ///< of a voxel, along an edge
-    float m_width;         ///< edge of the cube that is added for each voxel (or each part of it)
-    float m_density;       ///< factor from the box's density to the density added where the cube covers a voxel fully
+    int m_divisions; ///< of a voxel, along an edge
+    float m_width;   ///< edge of the cube that is added for each voxel (or each part of it)
+    float m_density; ///< factor from the box's density to the density added where the cube covers a voxel fully
 };
 
 /// Calls `visit` for the tiles that a box reaches. `what` names it in the Error for a place beyond 2^24 voxels.

@@ -44,7 +44,10 @@ struct Panel {
     int width, height;
     std::vector<float> depth;
     std::vector<Vec3f> colour;
-    Panel(int w, int h) : width(w), height(h), depth(std::size_t(w) * h, std::numeric_limits<float>::infinity()), colour(std::size_t(w) * h, Vec3f(0.02f)) {}
+    Panel(int w, int h)
+        : width(w), height(h), depth(std::size_t(w) * h, std::numeric_limits<float>::infinity()), colour(std::size_t(w) * h, Vec3f(0.02f))
+    {
+    }
 };
 
 using Paint = std::function<Vec3f(const SurfacePoint&)>;
@@ -58,8 +61,10 @@ void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, con
         for (int i = 0; i < 3; ++i) ahead = ahead && screen.project(mesh.points[mesh.triangles[t][i]], x[i], y[i], z[i]);
         const double area = ahead ? (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]) : 0;
         if (!(std::abs(area) > 1e-12)) continue;
-        const int left = std::max(0, int(std::floor(std::min({x[0], x[1], x[2]})))), right = std::min(panel.width - 1, int(std::ceil(std::max({x[0], x[1], x[2]}))));
-        const int top = std::max(0, int(std::floor(std::min({y[0], y[1], y[2]})))), bottom = std::min(panel.height - 1, int(std::ceil(std::max({y[0], y[1], y[2]}))));
+        const int left = std::max(0, int(std::floor(std::min({x[0], x[1], x[2]})))),
+                  right = std::min(panel.width - 1, int(std::ceil(std::max({x[0], x[1], x[2]}))));
+        const int top = std::max(0, int(std::floor(std::min({y[0], y[1], y[2]})))),
+                  bottom = std::min(panel.height - 1, int(std::ceil(std::max({y[0], y[1], y[2]}))));
         for (int py = top; py <= bottom; ++py)
             for (int px = left; px <= right; ++px) {
                 const double cx = px + 0.5, cy = py + 0.5;
@@ -82,7 +87,8 @@ void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, con
 
 void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& placements, int radius)
 {
-    static const Vec3f kColours[6] = {{0.9f, 0.1f, 0.08f}, {0.1f, 0.7f, 0.15f}, {0.12f, 0.25f, 1.0f}, {0.9f, 0.75f, 0.05f}, {0.8f, 0.1f, 0.8f}, {0.05f, 0.75f, 0.8f}};
+    static const Vec3f kColours[6] = {{0.9f, 0.1f, 0.08f},  {0.1f, 0.7f, 0.15f}, {0.12f, 0.25f, 1.0f},
+                                      {0.9f, 0.75f, 0.05f}, {0.8f, 0.1f, 0.8f},  {0.05f, 0.75f, 0.8f}};
     for (const Placement& p : placements) {
         double x, y, z;
         if (!screen.project(p.position, x, y, z)) continue;
@@ -97,8 +103,8 @@ void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& 
 
 } // namespace
 
-Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers, const std::vector<Placement>& placements,
-                     const Camera& camera, int width, int height)
+Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers,
+                     const std::vector<Placement>& placements, const Camera& camera, int width, int height)
 {
     const Screen screen(camera, width, height);
     std::vector<Panel> panels;
@@ -128,7 +134,8 @@ Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vec
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
                 for (int i = 0; i < 3; ++i)
-                    image.pixel(int(k) % columns * width + x, int(k) / columns * height + y)[i] = panels[k].colour[std::size_t(y) * width + x][i];
+                    image.pixel(int(k) % columns * width + x, int(k) / columns * height + y)[i] =
+                        panels[k].colour[std::size_t(y) * width + x][i];
     return image;
 }
 

@@ -19,7 +19,7 @@ struct SheetLayer {
 
 /// Panels of width x height pixels side by side, seen by the camera: first the surfaces with a dot for each placement, in a colour for each layer (red, green,
 /// blue, yellow, magenta, cyan, in turn); then, for each layer, its second density as grey, and its colour map where it has one.
-Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers, const std::vector<Placement>& placements,
-                     const Camera& camera, int width, int height);
+Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers,
+                     const std::vector<Placement>& placements, const Camera& camera, int width, int height);
 
 } // namespace volcomp

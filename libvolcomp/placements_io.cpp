@@ -19,22 +19,25 @@ std::string listOf(const V& v)
     return fmt::format("[{}, {}, {}]", v[0], v[1], v[2]);
 }
 
-void writeJson(std::ostream& out, const std::vector<Placement>& placements, const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
+void writeJson(std::ostream& out, const std::vector<Placement>& placements, const std::vector<std::string>& boxes,
+               const std::vector<std::string>& layers)
 {
     const auto quoted = [](const std::string& s) { return nlohmann::json(s).dump(); };
     out << "[";
     const char* between = "\n";
     for (const Placement& p : placements) {
         out << between
-            << fmt::format(R"({{"box": {}, "layer": {}, "position": {}, "scale": {}, "x_axis": {}, "y_axis": {}, "z_axis": {}, "tint": {}, "uv": [{}, {}]}})",
-                           quoted(boxes.at(p.box)), quoted(layers.at(p.layer)), listOf(p.position), p.scale, listOf(p.x_axis), listOf(p.y_axis),
-                           listOf(p.z_axis), listOf(p.tint), p.uv[0], p.uv[1]);
+            << fmt::format(
+                   R"({{"box": {}, "layer": {}, "position": {}, "scale": {}, "x_axis": {}, "y_axis": {}, "z_axis": {}, "tint": {}, "uv": [{}, {}]}})",
+                   quoted(boxes.at(p.box)), quoted(layers.at(p.layer)), listOf(p.position), p.scale, listOf(p.x_axis), listOf(p.y_axis),
+                   listOf(p.z_axis), listOf(p.tint), p.uv[0], p.uv[1]);
         between = ",\n";
     }
     out << "\n]\n";
 }
 
-void writePly(std::ostream& out, const std::vector<Placement>& placements, const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
+void writePly(std::ostream& out, const std::vector<Placement>& placements, const std::vector<std::string>& boxes,
+              const std::vector<std::string>& layers)
 {
     out << "ply\nformat binary_little_endian 1.0\n";
     for (std::size_t i = 0; i < boxes.size(); ++i) out << "comment box " << i << ' ' << boxes[i] << '\n';
@@ -65,7 +68,8 @@ void writePlacements(const std::filesystem::path& file, const std::vector<Placem
                      const std::vector<std::string>& layers)
 {
     const bool json = file.extension() == ".json";
-    if (!json && file.extension() != ".ply") throw fileError(file, "", "a name that ends in .json or .ply", "'" + file.extension().string() + "'");
+    if (!json && file.extension() != ".ply")
+        throw fileError(file, "", "a name that ends in .json or .ply", "'" + file.extension().string() + "'");
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
         std::ofstream stream(temporary, std::ios::binary);
         (json ? writeJson : writePly)(stream, placements, boxes, layers);

@@ -13,11 +13,16 @@ namespace volcomp {
 double outlineWidth(Outline outline, double s)
 {
     switch (outline) {
-    case Outline::stem: return 1;
-    case Outline::blade: return 1 - s * s * s;
-    case Outline::ellipse: return std::sqrt(std::max(0.0, 4 * s * (1 - s)));
-    case Outline::ovate: return std::sin(kPi * std::pow(s, 0.6));
-    case Outline::obovate: return std::sqrt(std::max(0.0, std::sin(kPi * std::pow(s, 2))));
+    case Outline::stem:
+        return 1;
+    case Outline::blade:
+        return 1 - s * s * s;
+    case Outline::ellipse:
+        return std::sqrt(std::max(0.0, 4 * s * (1 - s)));
+    case Outline::ovate:
+        return std::sin(kPi * std::pow(s, 0.6));
+    case Outline::obovate:
+        return std::sqrt(std::max(0.0, std::sin(kPi * std::pow(s, 2))));
     }
     return 1;
 }
@@ -56,7 +61,8 @@ void Primitive::validate() const
 {
     const auto check = [&](bool holds, const std::string& level, const char* key, const std::string& expected, auto found) {
         if (!holds)
-            throw Error(fmt::format("box {}: {}{}: expected {}, found {}", name, level.empty() ? "" : "level '" + level + "': ", key, expected, found));
+            throw Error(fmt::format("box {}: {}{}: expected {}, found {}", name, level.empty() ? "" : "level '" + level + "': ", key,
+                                    expected, found));
     };
     check(variants >= 1, "", "variants", ">= 1", variants);
     check(std::isfinite(voxel) && voxel >= 0, "", "voxel", "a length >= 0", voxel);
@@ -79,14 +85,29 @@ void Primitive::validate() const
         finite("start", l.start, 0, 1);
         finite("end", l.end, 0, 1);
         finite("fork_start", l.fork_start, 0, 1);
-        for (const auto& [key, x] : {std::pair("spread", l.spread), {"length", l.length}, {"length_ratio", l.length_ratio}, {"length_tip", l.length_tip},
-                                     {"length_variation", l.length_variation}, {"radius", l.radius}, {"radius_ratio", l.radius_ratio},
-                                     {"width_ratio", l.width_ratio}, {"divergence_variation", l.divergence_variation}, {"wander", l.wander},
-                                     {"bend_variation", l.bend_variation}, {"curl_radius", l.curl_radius}, {"frizz", l.frizz},
+        for (const auto& [key, x] : {std::pair("spread", l.spread),
+                                     {"length", l.length},
+                                     {"length_ratio", l.length_ratio},
+                                     {"length_tip", l.length_tip},
+                                     {"length_variation", l.length_variation},
+                                     {"radius", l.radius},
+                                     {"radius_ratio", l.radius_ratio},
+                                     {"width_ratio", l.width_ratio},
+                                     {"divergence_variation", l.divergence_variation},
+                                     {"wander", l.wander},
+                                     {"bend_variation", l.bend_variation},
+                                     {"curl_radius", l.curl_radius},
+                                     {"frizz", l.frizz},
                                      {"colour_variation", l.colour_variation}})
             finite(key, x, 0);
-        for (const auto& [key, x] : {std::pair("divergence", l.divergence), {"angle_tip", l.angle_tip}, {"bend", l.bend}, {"comb", l.comb}, {"twist", l.twist},
-                                     {"gravity", l.gravity}, {"light", l.light}, {"curl_turns", l.curl_turns}})
+        for (const auto& [key, x] : {std::pair("divergence", l.divergence),
+                                     {"angle_tip", l.angle_tip},
+                                     {"bend", l.bend},
+                                     {"comb", l.comb},
+                                     {"twist", l.twist},
+                                     {"gravity", l.gravity},
+                                     {"light", l.light},
+                                     {"curl_turns", l.curl_turns}})
             finite(key, x, -1e6);
         finite("taper", l.taper, 0, 1);
         finite("facing", l.facing, 0, 1);
@@ -98,13 +119,15 @@ void Primitive::validate() const
     }
     const double bound = segmentBound();
     check(bound <= segment_limit, "", "segment_limit",
-          fmt::format("at most {:.10g} segments; fewer children, levels or segments, or a higher limit", segment_limit), fmt::format("up to {:.6g}", bound));
+          fmt::format("at most {:.10g} segments; fewer children, levels or segments, or a higher limit", segment_limit),
+          fmt::format("up to {:.6g}", bound));
 }
 
 namespace {
 
 /// Fails at the key where it holds none of the names.
-void requireOneOf(const TableReader& r, const char* key, const std::string& what, const std::vector<std::string>& names, const std::string& name)
+void requireOneOf(const TableReader& r, const char* key, const std::string& what, const std::vector<std::string>& names,
+                  const std::string& name)
 {
     r.require(std::find(names.begin(), names.end(), name) != names.end(), key,
               fmt::format("the name of a {} ({})", what, names.empty() ? "there is none" : fmt::format("{}", fmt::join(names, ", "))));
@@ -120,16 +143,27 @@ Level readLevel(TableReader& r, const Primitive& primitive, const std::vector<st
     const auto unit = [&](Key key, double& value) { value = r.number(key, value, kUnit); };
 
     l.name = r.text({"name", "", "what other levels call it"}, "level" + std::to_string(primitive.levels.size() + 1));
-    l.parent = r.text({"parent", "", "level that it grows on, or \"ground\"; the first level's is the ground, another's the level above it"}, above ? above->name : "ground");
+    l.parent =
+        r.text({"parent", "", "level that it grows on, or \"ground\"; the first level's is the ground, another's the level above it"},
+               above ? above->name : "ground");
     std::vector<std::string> parents{"ground"};
     for (const Level& other : primitive.levels) parents.push_back(other.name);
     requireOneOf(r, "parent", "level above", parents, l.parent);
-    r.require(std::find(parents.begin(), parents.end(), l.name) == parents.end(), "name", "a name that no other level has, and not \"ground\"");
+    r.require(std::find(parents.begin(), parents.end(), l.name) == parents.end(), "name",
+              "a name that no other level has, and not \"ground\"");
     l.material = r.text({"material", "", "name of the material; the box's if left out"}, primitive.material);
     requireOneOf(r, "material", "material", materials, l.material);
-    l.outline = r.choice<Outline>({"outline", "", "stem: a round cone; the others are flat: blade pointed, ellipse, ovate widest near the root, obovate near the tip"}, l.outline,
-                                  {{"stem", Outline::stem}, {"blade", Outline::blade}, {"ellipse", Outline::ellipse}, {"ovate", Outline::ovate}, {"obovate", Outline::obovate}});
-    l.depth = r.integer({"depth", "", "generations of this level: each strand bears others of its own level until the depth is reached"}, l.depth, {1, 100});
+    l.outline = r.choice<Outline>(
+        {"outline", "",
+         "stem: a round cone; the others are flat: blade pointed, ellipse, ovate widest near the root, obovate near the tip"},
+        l.outline,
+        {{"stem", Outline::stem},
+         {"blade", Outline::blade},
+         {"ellipse", Outline::ellipse},
+         {"ovate", Outline::ovate},
+         {"obovate", Outline::obovate}});
+    l.depth = r.integer({"depth", "", "generations of this level: each strand bears others of its own level until the depth is reached"},
+                        l.depth, {1, 100});
     l.fork = r.span({"fork", "", "how many of its own level a strand bears, below the last generation"}, l.fork, {0, 1e9});
     unit({"fork_start", "", "fraction of the strand from which on it forks"}, l.fork_start);
     l.on_depth = r.span({"on_depth", "", "generations of the parent's level that bear this one, counted from 1"}, l.on_depth, {1, 100});
@@ -144,7 +178,8 @@ Level readLevel(TableReader& r, const Primitive& primitive, const std::vector<st
     l.divergence_variation = r.number({"divergence_variation_degrees", "degrees", "its standard deviation"}, 0, kNotNegative) * degree;
     l.planar = r.flag({"planar", "", "stand to the left and right of the parent only (fern)"}, l.planar);
 
-    const auto angle = r.span({"angle_degrees", "degrees", "from the parent's direction; on the ground from +Y, outwards"}, Level::Span{0, 0}, kAny);
+    const auto angle =
+        r.span({"angle_degrees", "degrees", "from the parent's direction; on the ground from +Y, outwards"}, Level::Span{0, 0}, kAny);
     l.angle = {angle.first * degree, angle.second * degree};
     l.angle_tip = r.number({"angle_tip", "", "factor on the angle at the parent's tip"}, l.angle_tip, kAny);
     positive({"length", "m", "length; 0: length_ratio of the parent's"}, l.length);
@@ -172,7 +207,8 @@ Level readLevel(TableReader& r, const Primitive& primitive, const std::vector<st
     l.clumps = r.integer({"clumps", "", "number of clumps"}, l.clumps, {1, 1e6});
 
     l.colour_root = r.colour({"colour_root", "linear RGB", "colour at the root"}, l.colour_root);
-    l.colour_tip = r.colour({"colour_tip", "linear RGB", "colour at the tip; colour_root if left out"}, r.isDescribing() ? l.colour_tip : l.colour_root);
+    l.colour_tip = r.colour({"colour_tip", "linear RGB", "colour at the tip; colour_root if left out"},
+                            r.isDescribing() ? l.colour_tip : l.colour_root);
     positive({"colour_variation", "", "standard deviation of a strand's brightness, as a part of it"}, l.colour_variation);
     r.finish();
     return l;
@@ -191,7 +227,8 @@ Primitive readPrimitive(TableReader& r, const std::string& name, const std::vect
     p.seed = static_cast<std::uint64_t>(r.integer({"seed", "", "of the random numbers"}, 1, {0, kInfinity}));
     p.voxel = r.number({"voxel", "m", "edge of a voxel; 0: from the thinnest feature worth showing"}, p.voxel, kNotNegative);
     p.segment_limit = r.number({"segment_limit", "", "a recursion that may grow more segments is refused"}, p.segment_limit, kPositive);
-    for (TableReader& table : r.tables({"level", "", "One level of the recursion: strands or flat shapes, on the ground or on another level"}))
+    for (TableReader& table :
+         r.tables({"level", "", "One level of the recursion: strands or flat shapes, on the ground or on another level"}))
         p.levels.push_back(readLevel(table, p, materials));
     r.finish();
     if (!r.isDescribing()) {

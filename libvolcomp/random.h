@@ -29,7 +29,7 @@ constexpr std::uint64_t hashKey(std::uint64_t key, std::uint64_t index)
 /// A stream of random numbers that depends on its key alone. Copying it copies its place in the stream.
 class Random {
 public:
-    explicit constexpr Random(std::uint64_t key) : m_state(key) {}
+    explicit constexpr Random(std::uint64_t key) : m_state(key) { }
 
     constexpr std::uint64_t bits() { return mix64(m_state += 0x9e3779b97f4a7c15ULL); }
 

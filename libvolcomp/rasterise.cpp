@@ -25,7 +25,7 @@ using VectorLeaf = openvdb::Vec3STree::LeafNodeType;
 constexpr int kLeaf = 8, kLeafVoxels = 512;
 constexpr double kMaxCoverage = 0.99;
 constexpr int kMaxCoordinate = 1 << 20;
-constexpr float kLeastDepth = 1e-5f; ///< of a voxel; less is neither seen nor does it fit half floats
+constexpr float kLeastDepth = 1e-5f;  ///< of a voxel; less is neither seen nor does it fit half floats
 constexpr double kSpreadFrom = 0.125; ///< radius in voxels from which a round strand is more than its axis
 /// Radius in voxels from which a round strand is filled by distance; there its border's blur reaches its axis, see thickRadius().
 const double kThick = std::sqrt(1.0 / 3);
@@ -99,7 +99,9 @@ struct Cell {
 /// Fills one leaf at a time.
 class LeafFiller {
 public:
-    LeafFiller(const std::vector<Segment>& segments, MaterialKind kind, double voxel) : m_segments(segments), m_kind(kind), m_voxel(voxel) {}
+    LeafFiller(const std::vector<Segment>& segments, MaterialKind kind, double voxel) : m_segments(segments), m_kind(kind), m_voxel(voxel)
+    {
+    }
 
     void begin(const openvdb::Coord& origin)
     {
@@ -153,7 +155,8 @@ private:
         SymmetricTensor tensor;
         tensor.add(1, axis);
         if (m_kind == MaterialKind::surface) // normals all around the axis
-            tensor = {0.5 * (1 - tensor.xx), 0.5 * (1 - tensor.yy), 0.5 * (1 - tensor.zz), -0.5 * tensor.xy, -0.5 * tensor.xz, -0.5 * tensor.yz};
+            tensor = {0.5 * (1 - tensor.xx), 0.5 * (1 - tensor.yy), 0.5 * (1 - tensor.zz),
+                      -0.5 * tensor.xy,      -0.5 * tensor.xz,      -0.5 * tensor.yz};
         const double largest = std::max(size_a, size_b);
         // (pi/4) 2 r l in voxels, or where that is less the volume pi r^2 l
         const double per_length = kPi / 2 * length * std::max(1.0, size_a + size_b) * roundFactor(0.5 * (size_a + size_b));
@@ -298,7 +301,8 @@ void forLeaves(const Segment& s, double voxel, F&& f)
         for (int y = low[1]; y <= high[1]; ++y)
             for (int z = low[2]; z <= high[2]; ++z) {
                 double t0 = 0, t1 = 1 + 1e-12;
-                if (single || clip(line, Vec3d(x, y, z) - Vec3d(reach), Vec3d(x + 1, y + 1, z + 1) + Vec3d(reach), t0, t1)) f(packed(x, y, z));
+                if (single || clip(line, Vec3d(x, y, z) - Vec3d(reach), Vec3d(x + 1, y + 1, z + 1) + Vec3d(reach), t0, t1))
+                    f(packed(x, y, z));
             }
 }
 
@@ -308,7 +312,8 @@ std::vector<Pair> findPairs(const std::vector<Segment>& segments, double voxel)
     const std::size_t chunks = (segments.size() + kChunk - 1) / kChunk;
     std::vector<std::size_t> first(chunks + 1, 0);
     const auto each = [&](auto&& work) {
-        tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t chunk) { work(chunk, chunk * kChunk, std::min(segments.size(), (chunk + 1) * kChunk)); });
+        tbb::parallel_for(std::size_t(0), chunks,
+                          [&](std::size_t chunk) { work(chunk, chunk * kChunk, std::min(segments.size(), (chunk + 1) * kChunk)); });
     };
     each([&](std::size_t chunk, std::size_t begin, std::size_t end) {
         std::size_t count = 0;
@@ -329,27 +334,33 @@ std::vector<Pair> findPairs(const std::vector<Segment>& segments, double voxel)
 void check(const std::vector<Segment>& segments, double voxel)
 {
     if (!(voxel >= kSmallestVoxel) || !std::isfinite(voxel))
-        throw Error(fmt::format("the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller things in millimetres", kSmallestVoxel, voxel));
+        throw Error(
+            fmt::format("the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller things in millimetres",
+                        kSmallestVoxel, voxel));
     double farthest = 0;
     for (const Segment& s : segments) {
         for (int k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(double(s.a[k])), std::abs(double(s.b[k]))});
-        if (!(s.a + s.b + s.side + s.colour_a + s.colour_b).isFinite() || !std::isfinite(s.size_a + s.size_b) || s.size_a < 0 || s.size_b < 0)
+        if (!(s.a + s.b + s.side + s.colour_a + s.colour_b).isFinite() || !std::isfinite(s.size_a + s.size_b) || s.size_a < 0
+            || s.size_b < 0)
             throw Error(fmt::format("strand {} of a box has a position, size or colour that is not finite or is negative", s.strand));
         farthest = std::max({farthest, double(s.size_a), double(s.size_b)});
     }
     if (farthest / voxel > kMaxCoordinate / 2)
-        throw Error(fmt::format("a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is needed", farthest, kMaxCoordinate / 2, voxel));
+        throw Error(fmt::format("a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is needed", farthest,
+                                kMaxCoordinate / 2, voxel));
 }
 
 bool oneColour(const std::vector<Segment>& segments)
 {
-    return std::all_of(segments.begin(), segments.end(),
-                       [&](const Segment& s) { return s.colour_a == segments.front().colour_a && s.colour_b == segments.front().colour_a; });
+    return std::all_of(segments.begin(), segments.end(), [&](const Segment& s) {
+        return s.colour_a == segments.front().colour_a && s.colour_b == segments.front().colour_a;
+    });
 }
 
 } // namespace
 
-VolumePart rasterise(const std::vector<Segment>& segments, const std::string& material, MaterialKind kind, double voxel, const Progress& progress)
+VolumePart rasterise(const std::vector<Segment>& segments, const std::string& material, MaterialKind kind, double voxel,
+                     const Progress& progress)
 {
     check(segments, voxel);
     VolumePart part;

@@ -15,7 +15,7 @@
 namespace volcomp {
 namespace {
 
-constexpr int kTile = 16;             // pixels
+constexpr int kTile = 16; // pixels
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -24,10 +24,13 @@ Material materialOf(const VoxelTree::Part& part, const std::vector<Material>& ma
     for (const Material& m : materials)
         if (part.material.empty() ? m.kind == part.kind : m.name == part.material) {
             if (m.kind != part.kind)
-                throw Error("material '" + m.name + "' and the volume's part of that name differ in kind: one has tangents, the other normals");
+                throw Error("material '" + m.name
+                            + "' and the volume's part of that name differ in kind: one has tangents, the other normals");
             return m;
         }
-    if (!part.material.empty()) throw Error("the volume has voxels of material '" + part.material + "', which the scene does not define; add [material." + part.material + "]");
+    if (!part.material.empty())
+        throw Error("the volume has voxels of material '" + part.material + "', which the scene does not define; add [material."
+                    + part.material + "]");
     Material fallback;
     fallback.kind = part.kind;
     return fallback;
@@ -39,25 +42,30 @@ std::vector<std::string> channelNames(const RenderParams& params, const std::vec
     if (!params.aovs) return names;
     names.insert(names.end(), {"Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"});
     for (std::size_t l = 0; l < lights.size(); ++l)
-        for (const char* c : {".R", ".G", ".B"}) names.push_back((lights[l].name.empty() ? "light" + std::to_string(l + 1) : lights[l].name) + c);
+        for (const char* c : {".R", ".G", ".B"})
+            names.push_back((lights[l].name.empty() ? "light" + std::to_string(l + 1) : lights[l].name) + c);
     return names;
 }
 
 // The picture tile by tile. A tile adds samples to its pixels in their order, however often it is called: nothing depends on when or where.
 class TileRenderer {
 public:
-    static constexpr int kCoarse = -1, kStride = 4;   // of the coarse pass, pixels
+    static constexpr int kCoarse = -1, kStride = 4; // of the coarse pass, pixels
 
-    TileRenderer(const LevelOfDetail& tracer, const CameraRays& rays, const Crop& crop, const RenderParams& params, const std::vector<Light>& lights, RenderState& state)
-        : m_tracer(tracer), m_rays(rays), m_sampler(params), m_crop(crop), m_params(params), m_lights(lights.size()), m_names(channelNames(params, lights)),
-          m_channels(m_names.size()), m_columns((crop.width + kTile - 1) / kTile), m_has_background(params.background.lengthSqr() > 0), m_state(state)
+    TileRenderer(const LevelOfDetail& tracer, const CameraRays& rays, const Crop& crop, const RenderParams& params,
+                 const std::vector<Light>& lights, RenderState& state)
+        : m_tracer(tracer), m_rays(rays), m_sampler(params), m_crop(crop), m_params(params), m_lights(lights.size()),
+          m_names(channelNames(params, lights)), m_channels(m_names.size()), m_columns((crop.width + kTile - 1) / kTile),
+          m_has_background(params.background.lengthSqr() > 0), m_state(state)
     {
-        const std::size_t pixels = std::size_t(crop.width) * crop.height, tiles = std::size_t(m_columns) * ((crop.height + kTile - 1) / kTile);
+        const std::size_t pixels = std::size_t(crop.width) * crop.height,
+                          tiles = std::size_t(m_columns) * ((crop.height + kTile - 1) / kTile);
         if (m_state.sums.empty()) {
             m_state.sums.resize(pixels * m_channels);
             m_state.samples.resize(tiles);
         }
-        if (m_state.sums.size() != pixels * m_channels || m_state.samples.size() != tiles) throw Error("the state of the render is one of another picture");
+        if (m_state.sums.size() != pixels * m_channels || m_state.samples.size() != tiles)
+            throw Error("the state of the render is one of another picture");
     }
 
     int tiles() const { return int(m_state.samples.size()); }
@@ -88,8 +96,10 @@ public:
             for (int x = 0; x < image.width; ++x) {
                 const int samples = m_state.samples[y / kTile * m_columns + x / kTile];
                 if (samples == 0) continue;
-                const std::size_t from = samples > 0 ? std::size_t(y) * m_crop.width + x : std::size_t(y - y % kStride) * m_crop.width + (x - x % kStride);
-                for (std::size_t c = 0; c < m_channels; ++c) image.pixel(x, y)[c] = float(m_state.sums[from * m_channels + c] / std::max(1, samples));
+                const std::size_t from =
+                    samples > 0 ? std::size_t(y) * m_crop.width + x : std::size_t(y - y % kStride) * m_crop.width + (x - x % kStride);
+                for (std::size_t c = 0; c < m_channels; ++c)
+                    image.pixel(x, y)[c] = float(m_state.sums[from * m_channels + c] / std::max(1, samples));
             }
         return image;
     }
@@ -131,7 +141,8 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
 {
     std::vector<int> targets;
     if (watch && watch->preview)
-        for (int samples = TileRenderer::kCoarse; samples < params.samples; samples = samples < 1 ? 1 : 2 * samples) targets.push_back(samples);
+        for (int samples = TileRenderer::kCoarse; samples < params.samples; samples = samples < 1 ? 1 : 2 * samples)
+            targets.push_back(samples);
     targets.push_back(params.samples);
     std::mutex mutex;
     RayCounts counts;
@@ -166,21 +177,23 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
                 watch->update(watch->state, tiles.image());
                 updated = seconds();
             }
-            if (left_out && stopped()) throw Stopped("stopped after " + std::to_string(int(100 * done / (double(tiles.tiles()) * params.samples))) + " % of the render");
+            if (left_out && stopped())
+                throw Stopped("stopped after " + std::to_string(int(100 * done / (double(tiles.tiles()) * params.samples)))
+                              + " % of the render");
         }
     return counts;
 }
 
 } // namespace
 
-Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
-             const Progress& progress, RenderStats* stats)
+Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
+             const RenderParams& params, const Progress& progress, RenderStats* stats)
 {
     return render(VoxelTree(volume), materials, camera, lights, params, progress, stats);
 }
 
-Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
-             const Progress& progress, RenderStats* stats, RenderWatch* watch)
+Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
+             const RenderParams& params, const Progress& progress, RenderStats* stats, RenderWatch* watch)
 {
     camera.validate();
     params.validate();

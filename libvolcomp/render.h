@@ -20,24 +20,24 @@ namespace volcomp {
 /// What a render did; all counts are exact.
 struct RenderStats {
     std::uint64_t rays = 0, shadow_rays = 0, shaded_voxels = 0, active_voxels = 0;
-    double prepare_seconds = 0, march_seconds = 0;   ///< wall
+    double prepare_seconds = 0, march_seconds = 0; ///< wall
 };
 
 /// How far a render is. From it a stopped one goes on, to the same pixels as if it had not been stopped.
 struct RenderState {
-    std::vector<double> sums;            ///< of the samples so far, by pixel and channel as in the image
-    std::vector<std::int32_t> samples;   ///< so far, by tile; -1: one in each fourth pixel across and down
+    std::vector<double> sums;          ///< of the samples so far, by pixel and channel as in the image
+    std::vector<std::int32_t> samples; ///< so far, by tile; -1: one in each fourth pixel across and down
 };
 
 /// For long renders: a picture soon, and a state to save.
 struct RenderWatch {
-    RenderState state;                   ///< where to go on; empty: at the start. Afterwards what was done
-    bool preview = false;                ///< coarse first: every fourth pixel, then all, then 2, 4, 8 ... samples; the pixels stay the same
+    RenderState state;    ///< where to go on; empty: at the start. Afterwards what was done
+    bool preview = false; ///< coarse first: every fourth pixel, then all, then 2, 4, 8 ... samples; the pixels stay the same
     double every_seconds = 10;
     /// Called about every so many seconds, when the render stops, and with `preview` after each of its passes; no pixel changes meanwhile.
     /// The image is what there is to see so far.
     std::function<void(const RenderState& state, const Image& so_far)> update;
-    const std::atomic<bool>* stop = nullptr;   ///< where this becomes true, render() calls update and throws Stopped
+    const std::atomic<bool>* stop = nullptr; ///< where this becomes true, render() calls update and throws Stopped
 };
 
 /// A render was stopped from outside.
@@ -53,11 +53,9 @@ class VoxelTree;
 /// params.aovs Z, N.X, N.Y, N.Z, albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B of each light, all weighted like R, G, B; depths
 /// are distances from the camera, 0 where nothing is. Throws Error for a material that is not there
 /// and for a state of another picture; Stopped.
-Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera,
-             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress = {},
-             RenderStats* stats = nullptr, RenderWatch* watch = nullptr);
-Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera,
-             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress = {},
-             RenderStats* stats = nullptr);
+Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
+             const RenderParams& params, const Progress& progress = {}, RenderStats* stats = nullptr, RenderWatch* watch = nullptr);
+Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
+             const RenderParams& params, const Progress& progress = {}, RenderStats* stats = nullptr);
 
 } // namespace volcomp

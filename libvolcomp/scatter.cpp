@@ -74,7 +74,8 @@ private:
     bool isFirst(const SurfacePoint& s) const
     {
         const std::vector<SurfacePoint> all = m_surface.sheets(s.uv);
-        return all.empty() || all.front().triangle == s.triangle || (all.front().position - s.position).lengthSqr() < 1e-12 * m_surface.area();
+        return all.empty() || all.front().triangle == s.triangle
+            || (all.front().position - s.position).lengthSqr() < 1e-12 * m_surface.area();
     }
 
     Vec3d combDirection(const SurfacePoint& s) const
@@ -91,10 +92,11 @@ private:
     void place(const SurfacePoint& s, double chance, Random& random, std::vector<Placement>& out) const
     {
         // Every number is drawn whether it is used or not, so that one decision does not move the next.
-        const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(), turn = random.uniform(), tilt = random.uniform(),
-                     side = random.uniform();
+        const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(), turn = random.uniform(),
+                     tilt = random.uniform(), side = random.uniform();
         if (!(keep < chance * std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0))) return;
-        const double scale = (m_layer.scale.first + (m_layer.scale.second - m_layer.scale.first) * size) * m_maps.size.value(s.uv, s.position);
+        const double scale =
+            (m_layer.scale.first + (m_layer.scale.second - m_layer.scale.first) * size) * m_maps.size.value(s.uv, s.position);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
         Vec3d y = s.normal, x = anyTangent(y);
@@ -145,7 +147,8 @@ private:
 
 } // namespace
 
-std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index, const Progress& progress)
+std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
+                               const Progress& progress)
 {
     layer.validate();
     const std::string place = "layer '" + layer.name + "': ";
@@ -153,8 +156,8 @@ std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const
     if (!layer.comb_map.empty()) maps.comb = readTexture(layer.comb_map, false);
     const bool uses_uv = layer.sampling == Sampling::uv || maps.where.usesUv() || maps.size.usesUv() || maps.colour.usesUv() || maps.comb;
     if (uses_uv && !surface.hasUv())
-        throw Error(place + "its maps are looked up by texture coordinates, but the mesh of surface '" + layer.surface +
-                    "' has none; give the mesh some, or set the surface's 'projection' to sphere, cylinder or plane");
+        throw Error(place + "its maps are looked up by texture coordinates, but the mesh of surface '" + layer.surface
+                    + "' has none; give the mesh some, or set the surface's 'projection' to sphere, cylinder or plane");
 
     // A density of 2.5 becomes 3 samples, each kept with the chance 2.5 / 3.
     const double cells = layer.sampling == Sampling::uv ? double(layer.cells_u) * layer.cells_v : 1;
@@ -173,7 +176,8 @@ std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const
     std::atomic<std::uint64_t> done{0};
     std::mutex mutex;
     tbb::parallel_for(std::uint64_t(0), chunks, [&](std::uint64_t chunk) {
-        for (std::uint64_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) placer.sample(i, wanted / rounded, parts[chunk]);
+        for (std::uint64_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
+            placer.sample(i, wanted / rounded, parts[chunk]);
         const std::uint64_t now = ++done;
         if (now % 16 == 0 && mutex.try_lock()) {
             report(progress, double(done) / double(chunks));

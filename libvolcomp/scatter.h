@@ -15,13 +15,13 @@ namespace volcomp {
 /// One box placed: the reference that the composite is made from.
 struct Placement {
     Vec3f x_axis{1, 0, 0}, y_axis{0, 1, 0}, z_axis{0, 0, 1}; ///< unit, right-handed; the box's axes in the world
-    Vec3d position{0.0};            ///< of the box's root
+    Vec3d position{0.0};                                     ///< of the box's root
     float scale = 1;
-    Vec3f tint{1.0f};               ///< multiplies the box's colour
-    std::int32_t box = 0;           ///< index into the boxes given to compose()
+    Vec3f tint{1.0f};     ///< multiplies the box's colour
+    std::int32_t box = 0; ///< index into the boxes given to compose()
     std::int32_t layer = 0;
-    Vec2f uv{0.0f, 0.0f};           ///< of the place on the surface below the root
-    std::int32_t triangle = -1;     ///< of the surface; -1: none
+    Vec2f uv{0.0f, 0.0f};       ///< of the place on the surface below the root
+    std::int32_t triangle = -1; ///< of the surface; -1: none
 };
 
 /// Which of the boxes given to compose() a layer uses.

@@ -96,7 +96,8 @@ Scene read(TableReader& r, int depth)
 {
     Scene s;
     s.file = r.file();
-    const auto included = r.texts({"include", "", "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"}, {});
+    const auto included = r.texts(
+        {"include", "", "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"}, {});
     for (auto& [name, table] : r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
         s.materials.push_back(readMaterial(table, name));
     addIncluded(included, r, s, depth);

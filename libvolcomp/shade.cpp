@@ -7,9 +7,9 @@ namespace volcomp {
 namespace {
 
 constexpr double kLn2 = 0.693147180559945309417;
-constexpr double kMinGamma = 0.001;      // rad
-constexpr double kMinCosine = 0.01;      // cos theta_r and cos theta_Q in denominators
-constexpr double kDegenerate = 1e-6;     // length below which V + L or Q - (t.Q)t has no direction
+constexpr double kMinGamma = 0.001;  // rad
+constexpr double kMinCosine = 0.01;  // cos theta_r and cos theta_Q in denominators
+constexpr double kDegenerate = 1e-6; // length below which V + L or Q - (t.Q)t has no direction
 
 double acosClamped(double x) { return std::acos(std::min(1.0, std::max(-1.0, x))); }
 
@@ -52,10 +52,7 @@ double fresnel(double c, double n)
     return 0.5 * a * a * (1 + b * b);
 }
 
-Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L)
-{
-    return reflect(lobe, N.dot(V) < 0 ? -N : N, V, L);
-}
+Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L) { return reflect(lobe, N.dot(V) < 0 ? -N : N, V, L); }
 
 Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
 {

@@ -18,7 +18,7 @@ struct Reflection {
 /// The constants of a material at one spread of directions, prepared for evaluation.
 struct Lobe {
     double alpha = 0, beta = 0;
-    double falloff = 0;   ///< ln 2 / gamma^2: D = exp(-falloff phi^2)
+    double falloff = 0; ///< ln 2 / gamma^2: D = exp(-falloff phi^2)
     double n = 1;
 };
 

@@ -74,14 +74,14 @@ private:
         int leaf, b, c;
     };
     struct Bundle {
-        std::unique_ptr<float[]> sums;   ///< density x slices along each ray; none before the first particle
-        int stamp = -1;                  ///< layer it was last moved through
+        std::unique_ptr<float[]> sums; ///< density x slices along each ray; none before the first particle
+        int stamp = -1;                ///< layer it was last moved through
         bool dark = false;
-        float least = 0;                 ///< of the sums
+        float least = 0; ///< of the sums
     };
-    static constexpr int kMaxLeaves = 4;                                              // under a bundle in a layer, along b or c
+    static constexpr int kMaxLeaves = 4; // under a bundle in a layer, along b or c
     static constexpr int kBlockDim3 = kMaxLeaves * kLeafDim, kBlockSize = kBlockDim3 * kBlockDim3 * kLeafDim;
-    static constexpr int kMargin = kBlockDim3 * kLeafDim + kLeafDim;                  // around the block, read with weight 0
+    static constexpr int kMargin = kBlockDim3 * kLeafDim + kLeafDim; // around the block, read with weight 0
     struct Scratch {
         std::vector<float> block = std::vector<float>(kBlockSize + 2 * kMargin);
     };
@@ -128,7 +128,8 @@ private:
         if (!m_lattice.fans) return;
         int farthest = 0;
         for (int layer = 0; layer < int(m_cells.size()); ++layer)
-            if (std::any_of(m_cells[layer].begin(), m_cells[layer].end(), [&](const Cell& cell) { return asks(cell, layer); })) farthest = layer;
+            if (std::any_of(m_cells[layer].begin(), m_cells[layer].end(), [&](const Cell& cell) { return asks(cell, layer); }))
+                farthest = layer;
         m_lattice.setFanSpacing(kSpacing, planeAt(farthest));
         m_field.lattice = m_lattice;
     }
@@ -219,7 +220,8 @@ private:
         }
         m_field.codes.resize(next * kUnit);
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, patches.size(), 16), [&](const auto& range) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i) write(patches[i].b, patches[i].c, patches[i].fine, &m_field.codes[std::size_t(*patches[i].patch >> 1) * kUnit]);
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                write(patches[i].b, patches[i].c, patches[i].fine, &m_field.codes[std::size_t(*patches[i].patch >> 1) * kUnit]);
         });
     }
 
@@ -301,7 +303,8 @@ private:
         int low[2], count[2]; // leaves
         for (int axis = 0; axis < 2; ++axis) {
             const double u0 = double(bundle[axis]) * kBundle, u1 = u0 + kBundle;
-            const double x[4] = {m_lattice.at(axis, u0, s), m_lattice.at(axis, u1, s), m_lattice.at(axis, u0, end), m_lattice.at(axis, u1, end)};
+            const double x[4] = {m_lattice.at(axis, u0, s), m_lattice.at(axis, u1, s), m_lattice.at(axis, u0, end),
+                                 m_lattice.at(axis, u1, end)};
             low[axis] = floorDivide(int(std::floor(*std::min_element(x, x + 4))), kLeafDim);
             count[axis] = std::min(kMaxLeaves, floorDivide(int(std::floor(*std::max_element(x, x + 4))), kLeafDim) - low[axis] + 1);
         }
@@ -337,7 +340,8 @@ private:
             for (int i = 0; i < kSide; ++i) {
                 const int voxel = int(std::floor(b_at[i]));
                 const float* here = plane + voxel * row_stride;
-                row.pass(crossing(b_at[i], b_slope[i], voxel, way), here, here + (b_slope[i] < 0 ? -row_stride : row_stride), &state.sums[i * kSide]);
+                row.pass(crossing(b_at[i], b_slope[i], voxel, way), here, here + (b_slope[i] < 0 ? -row_stride : row_stride),
+                         &state.sums[i * kSide]);
                 b_at[i] += b_slope[i] * way;
             }
         }
@@ -350,7 +354,7 @@ private:
 
     // A row of rays through one slice, of voxels at `here` and, one row on, `there`: three voxels at most, two borders crossed in either order.
     struct Row {
-        float way, tc[kSide];        // until the border to k1
+        float way, tc[kSide]; // until the border to k1
         std::int32_t k0[kSide], k1[kSide];
 
         void pass(float tb, const float* here, const float* there, float* sums) const
@@ -358,7 +362,8 @@ private:
 #if defined(__AVX2__)
             for (int j = 0; j < kSide; j += 8) { // eight rays, 2/3 apart at most, see eight voxels
                 const int first = k0[j] - 1;
-                const __m256 h = _mm256_loadu_ps(here + first), t = _mm256_loadu_ps(there + first), b = _mm256_set1_ps(tb), c = _mm256_loadu_ps(tc + j);
+                const __m256 h = _mm256_loadu_ps(here + first), t = _mm256_loadu_ps(there + first), b = _mm256_set1_ps(tb),
+                             c = _mm256_loadu_ps(tc + j);
                 const __m256i shift = _mm256_set1_epi32(first);
                 const __m256i i0 = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i*)(k0 + j)), shift);
                 const __m256i i1 = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i*)(k1 + j)), shift);
@@ -424,17 +429,18 @@ private:
     LightLattice m_lattice;
     const Light& m_light;
     const std::vector<float>& m_seen;
-    std::vector<std::vector<Cell>> m_cells;   // by layer, as the light comes
+    std::vector<std::vector<Cell>> m_cells; // by layer, as the light comes
     Rectangle m_all;
-    std::vector<int> m_last;                  // plane that asks for a bundle last
-    std::vector<float> m_weights;             // by patch: the greatest of the leaves behind it
+    std::vector<int> m_last;      // plane that asks for a bundle last
+    std::vector<float> m_weights; // by patch: the greatest of the leaves behind it
     std::vector<Bundle> m_bundles;
-    std::vector<int> m_effective_of;          // of the layer's leaves under fibre extinction
+    std::vector<int> m_effective_of; // of the layer's leaves under fibre extinction
     std::vector<float> m_effective;
     tbb::enumerable_thread_specific<Scratch> m_scratch;
 };
 
-ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights, const std::vector<float>& seen, double extinction, double darkest, bool fibre)
+ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights, const std::vector<float>& seen, double extinction,
+                         double darkest, bool fibre)
     : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)), m_fibre(fibre && tree.hasDirectedFibres())
 {
     for (const Light& light : lights) {
@@ -471,8 +477,8 @@ std::int32_t ShadowSweep::Field::patch(int plane, int bundle_b, int bundle_c) co
 
 namespace {
 
-struct Place { // between rays
-    double u, v;         // in the bundle
+struct Place {   // between rays
+    double u, v; // in the bundle
     int bundle_b, bundle_c;
 
     Place(const LightLattice& l, const Vec3d& p, const Vec3d& L, double way, double s, int bundle)
@@ -502,7 +508,8 @@ double between(const std::uint8_t* codes, int stride_u, int stride_v, double u, 
 } // namespace
 
 // The code between rays kStride apart.
-bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane, double darkest, double& code, bool& fine) const
+bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane, double darkest, double& code,
+                                   bool& fine) const
 {
     const Place place(lattice, p, L, to_plane, first_s + double(kLeafDim) * plane, kBundle);
     const std::int32_t at = patch(plane, place.bundle_b, place.bundle_c);
@@ -518,23 +525,29 @@ bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, do
     return true;
 }
 
-bool ShadowSweep::roughLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L, double distance, double& passes, bool& fine) const
+bool ShadowSweep::roughLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L, double distance, double& passes,
+                             bool& fine) const
 {
     const Field* f = fieldOf(light, L);
     if (!f) return false;
     const int a = f->lattice.a, low = cell[a] & ~(kLeafDim - 1);
     const double s = f->lattice.sign > 0 ? low : -(low + double(kLeafDim)), slices = f->lattice.travel(p) - s, stretch = 1 / std::abs(L[a]);
     const int plane = int((s - f->first_s) * (1.0 / kLeafDim));
-    if (s < f->first_s || plane + 1 >= int(f->planes.size()) || distance <= slices * stretch || (f->lattice.fans && s <= f->lattice.s0 + 1e-3)) return false;
+    if (s < f->first_s || plane + 1 >= int(f->planes.size()) || distance <= slices * stretch
+        || (f->lattice.fans && s <= f->lattice.s0 + 1e-3))
+        return false;
     double before, behind;
     bool behind_fine;
-    if (!f->roughCode(plane, p, L, slices * stretch, m_darkest, before, fine) || !f->roughCode(plane + 1, p, L, (slices - kLeafDim) * stretch, m_darkest, behind, behind_fine)) return false;
+    if (!f->roughCode(plane, p, L, slices * stretch, m_darkest, before, fine)
+        || !f->roughCode(plane + 1, p, L, (slices - kLeafDim) * stretch, m_darkest, behind, behind_fine))
+        return false;
     const double code = (before + (behind - before) * slices * (1.0 / kLeafDim)) * (1.0 / 255);
     passes = code * code;
     return true;
 }
 
-bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L, double distance, double& way, double& depth) const
+bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L, double distance, double& way,
+                          double& depth) const
 {
     const Field* f = fieldOf(light, L);
     if (!f) return false;
@@ -555,7 +568,9 @@ bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, co
     way = to_plane;
     if (patch == kBright) depth = 0;
     else if (patch == kDark) depth = 2 * m_darkest;
-    else depth = -2 * std::log(std::max(between(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1, place.u, place.v), 0.25) * (1.0 / 255));
+    else
+        depth =
+            -2 * std::log(std::max(between(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1, place.u, place.v), 0.25) * (1.0 / 255));
     return true;
 }
 

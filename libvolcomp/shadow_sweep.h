@@ -22,14 +22,16 @@ namespace volcomp {
 
 class ShadowSweep {
 public:
-    static constexpr double kSpacing = 2.0 / 3;   ///< of the rays, voxels
+    static constexpr double kSpacing = 2.0 / 3; ///< of the rays, voxels
 
-    static constexpr double kFinePatch = 0.065;   ///< the same for the greatest weight and transmittance of a patch, from which all its rays are kept
-    static constexpr double kFineWeight = 0.002;  ///< weight in the pixel times transmittance from which a point is marched
+    static constexpr double kFinePatch =
+        0.065; ///< the same for the greatest weight and transmittance of a patch, from which all its rays are kept
+    static constexpr double kFineWeight = 0.002; ///< weight in the pixel times transmittance from which a point is marched
 
     /// `seen` has the greatest weight in its pixel of a voxel of each leaf, 0 where no light is asked for. `extinction` is the optical depth of density 1 over one voxel. Where
     /// the depth exceeds `darkest`, no light is taken to arrive. With `fibre`, densities are multiplied by VoxelTree::fibreFactor().
-    ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights, const std::vector<float>& seen, double extinction, double darkest, bool fibre);
+    ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights, const std::vector<float>& seen, double extinction, double darkest,
+                bool fibre);
 
     /// Transmittance to the light, roughly, from p (corner coordinates) in voxel `cell` or on its faces; `L` and `distance` lead to the light.
     /// False where the sweep does not know: in leaves that were not `seen`. `fine` tells whether toLight() knows, too, near p.
@@ -42,10 +44,10 @@ public:
     std::size_t memoryBytes() const;
 
 private:
-    static constexpr int kBundle = 15;                ///< rays from bundle to bundle; each has one more to either side's neighbour
+    static constexpr int kBundle = 15; ///< rays from bundle to bundle; each has one more to either side's neighbour
     static constexpr int kSide = kBundle + 1, kRays = kSide * kSide;
     static constexpr int kStride = 3, kRoughSide = kBundle / kStride + 1, kRoughRays = kRoughSide * kRoughSide; ///< of a rough patch
-    static constexpr int kUnit = 4;                   ///< bytes in which patches are counted
+    static constexpr int kUnit = 4; ///< bytes in which patches are counted
     static constexpr int kUnknown = -1, kDark = -2, kBright = -3;
     struct Rectangle { // of bundles
         int low[2] = {1, 1}, high[2] = {0, 0};
@@ -58,11 +60,11 @@ private:
     };
     struct Plane {
         Rectangle bundles;
-        std::size_t first = 0;             ///< in Field::patches
+        std::size_t first = 0; ///< in Field::patches
     };
     struct Field { // of a directional light, or of one of a point's pyramids
         LightLattice lattice;
-        double first_s = 0;                ///< of the first plane; one every kLeafDim
+        double first_s = 0; ///< of the first plane; one every kLeafDim
         std::vector<Plane> planes;
         std::vector<std::int32_t> patches; ///< by plane and bundle: 2 x place in codes (+ 1: fine), or kUnknown, kDark, kBright
         std::vector<std::uint8_t> codes;   ///< kRays or kRoughRays a patch: 255 sqrt(transmittance)
@@ -78,7 +80,7 @@ private:
     double m_extinction, m_darkest;
     bool m_fibre;
     std::vector<Field> m_fields;
-    std::vector<std::array<int, 6>> m_field_of;   ///< by light: of a directional light the first; of a point by 2 axis + (towards +)
+    std::vector<std::array<int, 6>> m_field_of; ///< by light: of a directional light the first; of a point by 2 axis + (towards +)
     std::vector<bool> m_directional;
 };
 

@@ -42,7 +42,8 @@ Light directional(const Vec3d& direction, double strength)
 
 } // namespace
 
-SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, const RenderParams& scene_params, int size, const Progress& progress)
+SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, const RenderParams& scene_params, int size,
+                    const Progress& progress)
 {
     openvdb::CoordBBox bounds;
     std::uint64_t voxels = 0;
@@ -57,17 +58,21 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, cons
     Camera camera;
     camera.projection = Projection::orthographic;
     const bool empty = voxels == 0;
-    const Vec3d low = empty ? Vec3d(0.0) : (bounds.min().asVec3d() - Vec3d(0.5)) * h, high = empty ? Vec3d(1.0) : (bounds.max().asVec3d() + Vec3d(0.5)) * h;
+    const Vec3d low = empty ? Vec3d(0.0) : (bounds.min().asVec3d() - Vec3d(0.5)) * h,
+                high = empty ? Vec3d(1.0) : (bounds.max().asVec3d() + Vec3d(0.5)) * h;
     const Vec3d extent = high - low, to_eye = Vec3d(0.3, 0.25, 1) / Vec3d(0.3, 0.25, 1).length();
     Vec3d right = Vec3d(0, 1, 0).cross(to_eye);
     right.normalize();
     const Vec3d up = to_eye.cross(right);
     double across = 0;
-    for (const Vec3d& axis : {right, up}) across = std::max(across, std::abs(axis[0]) * extent[0] + std::abs(axis[1]) * extent[1] + std::abs(axis[2]) * extent[2]);
+    for (const Vec3d& axis : {right, up})
+        across = std::max(across, std::abs(axis[0]) * extent[0] + std::abs(axis[1]) * extent[1] + std::abs(axis[2]) * extent[2]);
     camera.target = (low + high) * 0.5;
     camera.eye = camera.target + to_eye * (2 * extent.length());
     camera.width = across;
-    tile.subtitle = empty ? "empty" : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]), lengthText(std::max(extent[0], extent[2])), countText(voxels));
+    tile.subtitle = empty
+        ? "empty"
+        : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]), lengthText(std::max(extent[0], extent[2])), countText(voxels));
 
     RenderParams params = scene_params;
     params.width = params.height = size;

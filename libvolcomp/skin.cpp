@@ -11,7 +11,7 @@ namespace {
 constexpr double kSpacing = 0.5; ///< of the points, voxels
 
 struct Corner {
-    Vec3d p;        ///< voxels, from the tile's first voxel's corner
+    Vec3d p; ///< voxels, from the tile's first voxel's corner
     double b1, b2;
 };
 
@@ -48,7 +48,8 @@ void divide(const Corner& a, const Corner& b, const Corner& c, double share, con
 Skin::Skin(const Surface& surface, const SkinSpec& spec) : m_surface(&surface), m_spec(spec), m_colour(spec.maps, true)
 {
     if (m_colour.usesUv() && !surface.hasUv())
-        throw Error("skin: its map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+        throw Error(
+            "skin: its map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
 }
 
 Vec3f Skin::colour(const SurfacePoint& p) const

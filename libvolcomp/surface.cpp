@@ -13,7 +13,8 @@ namespace volcomp {
 namespace {
 
 /// Sorts triangles so that neighbours in the list are neighbours on the surface: halves the list across its longest extent, again and again.
-void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t>::iterator last, const std::vector<Vec3d>& centres, bool backward)
+void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t>::iterator last, const std::vector<Vec3d>& centres,
+             bool backward)
 {
     if (last - first <= 2) return;
     Vec3d low = centres[*first], high = low;
@@ -41,7 +42,7 @@ void sierpinski(double f, double b[3][2])
         if (f < 1) { // entry, middle, apex
             b[2][0] = b[1][0], b[2][1] = b[1][1];
             b[1][0] = middle[0], b[1][1] = middle[1];
-        } else {     // apex, middle, exit
+        } else { // apex, middle, exit
             f -= 1;
             b[0][0] = b[1][0], b[0][1] = b[1][1];
             b[1][0] = middle[0], b[1][1] = middle[1];
@@ -67,7 +68,9 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
     SurfaceSpec s;
     s.name = name;
     s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
-    const auto ground = r.numbers({"ground", "m", "instead of a mesh: [width, depth] of a plane in x and z, or of a height field; u runs along +X, v along -Z"}, {}, kPositive);
+    const auto ground = r.numbers(
+        {"ground", "m", "instead of a mesh: [width, depth] of a plane in x and z, or of a height field; u runs along +X, v along -Z"}, {},
+        kPositive);
     r.require((ground.size() == 2) != !s.mesh.empty(), s.mesh.empty() ? "ground" : "mesh", "either 'mesh' or 'ground = [width, depth]'");
     if (ground.size() == 2) s.terrain.width = ground[0], s.terrain.depth = ground[1];
     s.terrain.height_map = r.path({"height_map", "", "image whose luminance is the ground's height"}, "");
@@ -77,13 +80,17 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
     s.terrain.cells = r.integer({"cells", "", "of the height field along its longer side"}, s.terrain.cells, {1, 8192});
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);
     s.move = r.vector({"translate", "m", "added to every point, after the scale"}, s.move);
-    s.orientation = r.choice<Orientation>({"orientation", "", "which side is outside: outward turns faces to agree with their neighbours and closed parts outward; file keeps what the file says; inward is the opposite of outward"},
-                                          s.orientation, {{"outward", Orientation::outward}, {"file", Orientation::file}, {"inward", Orientation::inward}});
+    s.orientation = r.choice<Orientation>(
+        {"orientation", "",
+         "which side is outside: outward turns faces to agree with their neighbours and closed parts outward; file keeps what the file says; inward is the opposite of outward"},
+        s.orientation, {{"outward", Orientation::outward}, {"file", Orientation::file}, {"inward", Orientation::inward}});
     s.projection = readProjection(r);
-    s.skin.material = r.text({"skin", "", "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"}, "");
+    s.skin.material = r.text(
+        {"skin", "", "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"}, "");
     s.skin.colour = r.colour({"skin_colour", "", "diffuse colour of the skin"}, s.skin.colour);
     s.skin.maps = readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
-    s.skin.transmittance = r.number({"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"}, s.skin.transmittance, {1e-30, 0.999});
+    s.skin.transmittance = r.number({"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"},
+                                    s.skin.transmittance, {1e-30, 0.999});
     s.skin.depth = r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"}, s.skin.depth, {-1000, 1000});
     r.finish();
     s.validate();
@@ -160,7 +167,8 @@ SurfacePoint Surface::atFraction(double f) const
     double longest = 0;
     int apex = 1;
     for (int i = 0; i < 3; ++i)
-        if (const double side = (m_mesh.points[c[(i + 1) % 3]] - m_mesh.points[c[(i + 2) % 3]]).lengthSqr(); side > longest) longest = side, apex = i;
+        if (const double side = (m_mesh.points[c[(i + 1) % 3]] - m_mesh.points[c[(i + 2) % 3]]).lengthSqr(); side > longest)
+            longest = side, apex = i;
     const double corner[3][2] = {{0, 0}, {1, 0}, {0, 1}};
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 2; ++j) b[i][j] = corner[(apex + 2 + i) % 3][j];
@@ -171,7 +179,8 @@ SurfacePoint Surface::atFraction(double f) const
 SurfacePoint Surface::onLine(std::int32_t triangle, const Vec3d& position) const
 {
     const auto& c = m_mesh.triangles[triangle];
-    const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]], e2 = m_mesh.points[c[2]] - m_mesh.points[c[0]], d = position - m_mesh.points[c[0]];
+    const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]], e2 = m_mesh.points[c[2]] - m_mesh.points[c[0]],
+                d = position - m_mesh.points[c[0]];
     const Vec3d n = e1.cross(e2);
     const double area = n.lengthSqr();
     double b1 = std::max(0.0, d.cross(e2).dot(n) / area), b2 = std::max(0.0, e1.cross(d).dot(n) / area);
@@ -240,7 +249,8 @@ Surface::UvGradient Surface::uvGradient(std::int32_t triangle) const
     if (!(area > 0) || m_mesh.uv.empty()) return {Vec3d(0.0), Vec3d(0.0)};
     const Vec3d g1 = e2.cross(n) / area, g2 = n.cross(e1) / area; // gradients of the weights b1 and b2
     const auto& uv = m_mesh.uv[triangle];
-    return {g1 * double(uv[1][0] - uv[0][0]) + g2 * double(uv[2][0] - uv[0][0]), g1 * double(uv[1][1] - uv[0][1]) + g2 * double(uv[2][1] - uv[0][1])};
+    return {g1 * double(uv[1][0] - uv[0][0]) + g2 * double(uv[2][0] - uv[0][0]),
+            g1 * double(uv[1][1] - uv[0][1]) + g2 * double(uv[2][1] - uv[0][1])};
 }
 
 Surface::UvGradient Surface::uvGradientAt(const SurfacePoint& s) const

@@ -20,19 +20,20 @@ class TableReader;
 
 /// The surface itself as an opaque thin shell of voxels, so that nobody sees through the fur.
 struct SkinSpec {
-    std::string material;          ///< of kind surface; empty: no skin
-    Vec3d colour{1.0};             ///< linear RGB
-    std::vector<MapSpec> maps;     ///< multiply the colour
-    double transmittance = 1e-6;   ///< along the normal, in the mean, > 0 and < 1; where voxels lie awkwardly one ray may meet 0.4 of that optical depth
-    double depth = 0;              ///< of the shell's middle below the surface, voxels
+    std::string material;      ///< of kind surface; empty: no skin
+    Vec3d colour{1.0};         ///< linear RGB
+    std::vector<MapSpec> maps; ///< multiply the colour
+    double transmittance =
+        1e-6;         ///< along the normal, in the mean, > 0 and < 1; where voxels lie awkwardly one ray may meet 0.4 of that optical depth
+    double depth = 0; ///< of the shell's middle below the surface, voxels
 };
 
 struct SurfaceSpec {
     std::string name;
-    std::filesystem::path mesh;    ///< OBJ, PLY, OFF or STL; empty: terrain
+    std::filesystem::path mesh; ///< OBJ, PLY, OFF or STL; empty: terrain
     TerrainSpec terrain;
-    double scale = 1;              ///< world units in one unit of the file
-    Vec3d move{0.0};               ///< added after the scale
+    double scale = 1; ///< world units in one unit of the file
+    Vec3d move{0.0};  ///< added after the scale
     Orientation orientation = Orientation::outward;
     MapProjection projection;
     SkinSpec skin;
@@ -46,10 +47,10 @@ SurfaceSpec readSurface(TableReader& table, const std::string& name);
 /// A place on the surface.
 struct SurfacePoint {
     Vec3d position;
-    Vec3d normal;               ///< unit, interpolated; the face's own where the interpolated one vanishes
-    Vec2d uv;                   ///< by the surface's projection; 0 where it is `uv` and the mesh has none
+    Vec3d normal; ///< unit, interpolated; the face's own where the interpolated one vanishes
+    Vec2d uv;     ///< by the surface's projection; 0 where it is `uv` and the mesh has none
     std::int32_t triangle = -1;
-    double b1 = 0, b2 = 0;      ///< weights of the triangle's second and third corner
+    double b1 = 0, b2 = 0; ///< weights of the triangle's second and third corner
 };
 
 class Surface {

@@ -24,7 +24,7 @@ public:
     Nearest nearest(const Vec3d& p) const;
 
     struct Hit {
-        double t;              ///< position = origin + t direction
+        double t; ///< position = origin + t direction
         std::int32_t triangle;
     };
     /// Every triangle that the line (t >= 0 where `ray`) crosses, by falling t. Crossings are decided exactly: a line through a common edge misses

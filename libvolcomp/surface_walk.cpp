@@ -9,7 +9,7 @@ namespace {
 /// Where the nearest point of a triangle lies.
 struct Nearest {
     double b1 = 0, b2 = 0, distance2 = 0;
-    int edge = -1;   ///< on the edge from this corner to the next
+    int edge = -1; ///< on the edge from this corner to the next
     int corner = -1;
 };
 
@@ -54,9 +54,11 @@ SurfaceWalk::SurfaceWalk(const Mesh& mesh)
         auto& v = m_vertices.emplace_back();
         for (int i = 0; i < 3; ++i) v[i] = vertex[mesh.triangles[t][i]];
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue; // between two neighbours without being one
-        for (int i = 0; i < 3; ++i) edges.push_back({std::min(v[i], v[(i + 1) % 3]), std::max(v[i], v[(i + 1) % 3]), static_cast<std::int32_t>(t), i});
+        for (int i = 0; i < 3; ++i)
+            edges.push_back({std::min(v[i], v[(i + 1) % 3]), std::max(v[i], v[(i + 1) % 3]), static_cast<std::int32_t>(t), i});
     }
-    std::stable_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+    std::stable_sort(edges.begin(), edges.end(),
+                     [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
     for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
         const Edge &a = edges[i], &b = edges[i + 1];
         if (a.low != b.low || a.high != b.high) continue;

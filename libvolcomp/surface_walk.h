@@ -19,8 +19,8 @@ public:
 
     struct Foot {
         std::int32_t triangle;
-        double b1, b2;     ///< weights of its second and third corner
-        double distance2;  ///< squared
+        double b1, b2;    ///< weights of its second and third corner
+        double distance2; ///< squared
     };
     /// Goes from triangle `start` to neighbours as long as that leads nearer to `p`: the nearest point of the part of the surface that lies
     /// downhill, so that a hair's tip beside a fold keeps to the side on which the hair stands. `mesh` is the constructor's.

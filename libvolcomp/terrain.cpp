@@ -10,7 +10,8 @@ namespace volcomp {
 
 Mesh makeTerrain(const TerrainSpec& spec)
 {
-    if (!(spec.width > 0 && spec.depth > 0 && std::isfinite(spec.width + spec.depth + spec.low + spec.high)) || spec.cells < 1 || spec.cells > 8192)
+    if (!(spec.width > 0 && spec.depth > 0 && std::isfinite(spec.width + spec.depth + spec.low + spec.high)) || spec.cells < 1
+        || spec.cells > 8192)
         throw Error("terrain: expected a positive width and depth, finite heights and 1 to 8192 cells");
     MapSpec map;
     map.image = spec.height_map;

@@ -15,9 +15,12 @@ int wrapped(std::int64_t x, int size, Wrap mode)
 {
     if (x >= 0 && x < size) return static_cast<int>(x);
     switch (mode) {
-    case Wrap::clamp: return x < 0 ? 0 : size - 1;
-    case Wrap::black: return -1;
-    case Wrap::repeat: return static_cast<int>((x % size + size) % size);
+    case Wrap::clamp:
+        return x < 0 ? 0 : size - 1;
+    case Wrap::black:
+        return -1;
+    case Wrap::repeat:
+        return static_cast<int>((x % size + size) % size);
     case Wrap::mirror: {
         const std::int64_t period = 2 * std::int64_t(size), y = (x % period + period) % period;
         return static_cast<int>(y < size ? y : period - 1 - y);
@@ -83,7 +86,8 @@ Texture readTexture(const std::filesystem::path& file, bool to_linear)
     t.channels = spec.nchannels;
     if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
         throw fileError(file, "", "a flat image", fmt::format("{} x {} x {} pixels", spec.width, spec.height, spec.depth));
-    if (double(spec.width) * spec.height * spec.nchannels > 4e9) throw fileError(file, "", "an image of at most 4e9 values", "more", "Make it smaller.");
+    if (double(spec.width) * spec.height * spec.nchannels > 4e9)
+        throw fileError(file, "", "an image of at most 4e9 values", "more", "Make it smaller.");
     t.pixels.resize(static_cast<std::size_t>(t.width) * t.height * t.channels);
     if (!input->read_image(0, 0, 0, t.channels, OIIO::TypeDesc::FLOAT, t.pixels.data()))
         throw fileError(file, "", "a complete image", "a broken one: " + input->geterror(), "Is the file complete?");

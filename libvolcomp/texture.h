@@ -10,9 +10,9 @@ namespace volcomp {
 
 enum class Wrap {
     repeat,
-    clamp,  ///< the border's pixel goes on
+    clamp, ///< the border's pixel goes on
     mirror,
-    black   ///< 0 outside
+    black ///< 0 outside
 };
 
 /// Pixels as floats: integers of n bits become x / (2^n - 1). Texel (x, y) has its centre at ((x + 1/2) / width, 1 - (y + 1/2) / height): rows run

@@ -28,21 +28,23 @@ int principalDirections(int count, const float (&t)[6][kLeaf], float (&d)[3][kLe
     int unsure = 0;
     for (int i = 0; i < count; ++i) {
         const float scale = 1 / (t[0][i] + t[1][i] + t[2][i]);
-        const float xx = t[0][i] * scale, yy = t[1][i] * scale, zz = t[2][i] * scale, xy = t[3][i] * scale, yz = t[4][i] * scale, xz = t[5][i] * scale;
+        const float xx = t[0][i] * scale, yy = t[1][i] * scale, zz = t[2][i] * scale, xy = t[3][i] * scale, yz = t[4][i] * scale,
+                    xz = t[5][i] * scale;
         const float c1 = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz);
         const float c0 = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
         const float p2 = std::max(1.0f / 9 - c1 / 3, 1e-12f), p = std::sqrt(p2);
         const float r = (1.0f / 27 - c1 / 6 + c0 / 2) / (p2 * p);
         const float c = std::sqrt((1 + std::min(std::max(r, -1.0f), 1.0f)) * 0.5f);
-        float m = 2.0f / 3 - 2 * p * (0.500010608f + c * (0.576812483f + c * (-0.106493994f + c * (0.038352907f - c * 0.008688346f)))); // 1 - l1
+        float m =
+            2.0f / 3 - 2 * p * (0.500010608f + c * (0.576812483f + c * (-0.106493994f + c * (0.038352907f - c * 0.008688346f)))); // 1 - l1
         const float before = 1 - m;
         m -= (m * before * before - c1 * before + c0) / std::max(before * before - 2 * m * before + c1, 1e-6f);
         m = std::min(std::max(m, 0.0f), 0.66f);
         const float l = 1 - m;
         const float a = xx - l, b = yy - l, e = zz - l;
-        const float p0 = xy * yz - xz * b, p1 = xz * xy - a * yz, p2_ = a * b - xy * xy;  // rows 0 and 1
-        const float q0 = xy * e - xz * yz, q1 = xz * xz - a * e, q2 = a * yz - xy * xz;   // rows 0 and 2
-        const float r0 = b * e - yz * yz, r1 = yz * xz - xy * e, r2 = xy * yz - b * xz;   // rows 1 and 2
+        const float p0 = xy * yz - xz * b, p1 = xz * xy - a * yz, p2_ = a * b - xy * xy; // rows 0 and 1
+        const float q0 = xy * e - xz * yz, q1 = xz * xz - a * e, q2 = a * yz - xy * xz;  // rows 0 and 2
+        const float r0 = b * e - yz * yz, r1 = yz * xz - xy * e, r2 = xy * yz - b * xz;  // rows 1 and 2
         const float np = p0 * p0 + p1 * p1 + p2_ * p2_, nq = q0 * q0 + q1 * q1 + q2 * q2, nr = r0 * r0 + r1 * r1 + r2 * r2;
         const bool use_q = nq > np;
         float n = use_q ? nq : np, x = use_q ? q0 : p0, y = use_q ? q1 : p1, z = use_q ? q2 : p2_;
@@ -64,8 +66,8 @@ int principalDirections(int count, const float (&t)[6][kLeaf], float (&d)[3][kLe
 /// A block's kept voxels, channel by channel.
 struct TileAccumulator::Channels {
     alignas(64) float density[kLeaf];
-    alignas(64) float tensor[6][kLeaf];  ///< xx, yy, zz, xy, yz, zx
-    alignas(64) float colour[3][kLeaf];  ///< times density
+    alignas(64) float tensor[6][kLeaf]; ///< xx, yy, zz, xy, yz, zx
+    alignas(64) float colour[3][kLeaf]; ///< times density
     float direction[3][kLeaf];
     std::int32_t sure[kLeaf];
     openvdb::math::half half[3][kLeaf];
@@ -127,7 +129,8 @@ void TileAccumulator::add(const Batch& batch, int count, float width)
     }
 }
 
-void TileAccumulator::finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour, VoxelStore& store, std::vector<PackedBlock>& blocks)
+void TileAccumulator::finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour, VoxelStore& store,
+                             std::vector<PackedBlock>& blocks)
 {
     Channels& c = *m_channels;
     for (int bx = 0; bx < kSize; bx += 8)
@@ -151,7 +154,7 @@ void TileAccumulator::finish(const openvdb::Coord& origin, float minimum, bool d
                 block.values = store.allocate(count * PackedPart::voxelBytes(direction, colour));
                 std::memcpy(block.values, c.density, count * sizeof(float));
                 auto* vectors = reinterpret_cast<Half3*>(block.values + count * sizeof(float));
-                const auto put = [&](const float (&v)[3][kLeaf]) {
+                const auto put = [&](const float(&v)[3][kLeaf]) {
                     for (int i = 0; i < 3; ++i) toHalf(v[i], c.half[i], count);
                     interleave(c.half[0], c.half[1], c.half[2], vectors, count);
                     vectors += count;
@@ -160,7 +163,8 @@ void TileAccumulator::finish(const openvdb::Coord& origin, float minimum, bool d
                     if (principalDirections(count, c.tensor, c.direction, c.sure) > 0)
                         for (int k = 0; k < count; ++k)
                             if (!c.sure[k]) {
-                                const SymmetricTensor s{c.tensor[0][k], c.tensor[1][k], c.tensor[2][k], c.tensor[3][k], c.tensor[5][k], c.tensor[4][k]};
+                                const SymmetricTensor s{c.tensor[0][k], c.tensor[1][k], c.tensor[2][k],
+                                                        c.tensor[3][k], c.tensor[5][k], c.tensor[4][k]};
                                 const Vec3d d = principalDirection(s).stored();
                                 for (int i = 0; i < 3; ++i) c.direction[i][k] = static_cast<float>(d[i]);
                             }

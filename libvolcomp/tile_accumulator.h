@@ -14,26 +14,28 @@ namespace volcomp {
 struct alignas(32) VoxelSum {
     float diagonal[3] = {0, 0, 0}; ///< xx, yy, zz of the sum of w t tᵀ; the trace is the density
     float density = 0;
-    float mixed[3] = {0, 0, 0};    ///< xy, yz, zx
+    float mixed[3] = {0, 0, 0}; ///< xy, yz, zx
     float unused = 0;
-    float colour[3] = {0, 0, 0};   ///< times density
+    float colour[3] = {0, 0, 0}; ///< times density
     float unused_too = 0;
 };
 static_assert(sizeof(VoxelSum) == 64);
 
 class TileAccumulator {
 public:
-    static constexpr int kLog2 = 4, kSize = 1 << kLog2; ///< voxels along an edge; with 5 the cells (3 MB) leave the second cache: adding took 1.8 x as long
-    static constexpr int kBatch = 64;                   ///< voxels that are added at a time, at most
+    static constexpr int kLog2 = 4,
+                         kSize = 1
+        << kLog2;                     ///< voxels along an edge; with 5 the cells (3 MB) leave the second cache: adding took 1.8 x as long
+    static constexpr int kBatch = 64; ///< voxels that are added at a time, at most
 
     TileAccumulator();
     ~TileAccumulator();
 
     /// Cubes to add. Coordinates are the tile's: cell i is [i, i+1).
     struct Batch {
-        float low[3][kBatch];        ///< lowest corner, x y z
-        std::int32_t index[kBatch];  ///< of the cubes that are to be added
-        VoxelSum sum[kBatch];        ///< by that index, as `low`
+        float low[3][kBatch];       ///< lowest corner, x y z
+        std::int32_t index[kBatch]; ///< of the cubes that are to be added
+        VoxelSum sum[kBatch];       ///< by that index, as `low`
     };
 
     /// Adds the cubes [low, low + width]³ of the first `count` of batch.index, each times its overlap with a cell in cells. Every cube must
@@ -45,7 +47,8 @@ public:
 
     /// Appends blocks of all voxels whose density is above `minimum` (and above 0), with directions and colours if asked for, and clears the sums.
     /// `origin`: the tile's first voxel.
-    void finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour, VoxelStore& store, std::vector<PackedBlock>& blocks);
+    void finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour, VoxelStore& store,
+                std::vector<PackedBlock>& blocks);
 
 private:
     /// Cells of a cube that starts in the tile or reaches into it may lie this far outside; they are summed and never looked at.
@@ -57,7 +60,7 @@ private:
     struct Free {
         void operator()(void* p) const;
     };
-    std::unique_ptr<VoxelSum[], Free> m_cells;      ///< z runs fastest
+    std::unique_ptr<VoxelSum[], Free> m_cells;       ///< z runs fastest
     std::uint64_t m_touched[kAcross * kAcross] = {}; ///< bit z of row (x, y)
     std::unique_ptr<Channels> m_channels;
 };

@@ -46,10 +46,7 @@ std::string nearest(const std::string& word, const std::vector<std::string>& kno
     return best;
 }
 
-std::string joined(const std::vector<std::string>& words, const char* between)
-{
-    return fmt::format("{}", fmt::join(words, between));
-}
+std::string joined(const std::vector<std::string>& words, const char* between) { return fmt::format("{}", fmt::join(words, between)); }
 
 std::string rangeText(Interval r)
 {
@@ -94,9 +91,9 @@ struct TableReader::State {
 
     [[noreturn]] void fail(const toml::value& at, const char* key, const std::string& expected) const
     {
-        throw Error(toml::format_error(fmt::format("{}:{}: {}: expected {}, found {}", file.string(), at.location().line(),
-                                                   path(key), expected, found(at)),
-                                       at, "expected " + expected));
+        throw Error(toml::format_error(
+            fmt::format("{}:{}: {}: expected {}, found {}", file.string(), at.location().line(), path(key), expected, found(at)), at,
+            "expected " + expected));
     }
 
     static std::string found(const toml::value& v)
@@ -110,8 +107,7 @@ struct TableReader::State {
 
     void describe(const Key& key, std::string type, std::string fallback, std::string range) const
     {
-        if (docs)
-            docs->push_back({name, key.name, std::move(type), std::move(fallback), std::move(range), key.unit, key.meaning});
+        if (docs) docs->push_back({name, key.name, std::move(type), std::move(fallback), std::move(range), key.unit, key.meaning});
     }
 
     /// Throws for an absent required key, unless describing.
@@ -145,7 +141,7 @@ struct TableReader::State {
     }
 };
 
-TableReader::TableReader(std::unique_ptr<State> state) : m_state(std::move(state)) {}
+TableReader::TableReader(std::unique_ptr<State> state) : m_state(std::move(state)) { }
 TableReader::TableReader(TableReader&&) noexcept = default;
 TableReader::~TableReader() = default;
 
@@ -313,7 +309,8 @@ Vec3d TableReader::direction(const Key& key, std::optional<Vec3d> fallback)
 
 std::pair<double, double> TableReader::span(const Key& key, std::optional<std::pair<double, double>> fallback, Interval range)
 {
-    m_state->describe(key, "span", fallback ? fmt::format("[{:g}, {:g}]", fallback->first, fallback->second) : "required", rangeText(range));
+    m_state->describe(key, "span", fallback ? fmt::format("[{:g}, {:g}]", fallback->first, fallback->second) : "required",
+                      rangeText(range));
     const std::string expected = withRange("a number or [low, high] with low <= high,", range);
     if (const auto* v = m_state->find(key)) {
         if (!v->is_array()) {
@@ -421,8 +418,7 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
 void TableReader::require(bool holds, const char* name, const std::string& expected) const
 {
     if (holds || m_state->docs) return;
-    if (m_state->value && m_state->value->contains(name))
-        m_state->fail(m_state->value->as_table().at(name), name, expected);
+    if (m_state->value && m_state->value->contains(name)) m_state->fail(m_state->value->as_table().at(name), name, expected);
     throw Error(fmt::format("{}: {}: expected {}", place(), m_state->path(name), expected));
 }
 
@@ -433,9 +429,9 @@ void TableReader::finish() const
         if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end()) continue;
         const std::string hint = nearest(name, m_state->known);
         const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ") : "did you mean '" + hint + "'?";
-        throw Error(toml::format_error(fmt::format("{}:{}: unknown key '{}'; {}", file().string(), v.location().line(),
-                                                   m_state->path(name.c_str()), advice),
-                                       v, advice));
+        throw Error(toml::format_error(
+            fmt::format("{}:{}: unknown key '{}'; {}", file().string(), v.location().line(), m_state->path(name.c_str()), advice), v,
+            advice));
     }
 }
 

@@ -51,7 +51,7 @@ public:
     TableReader(TableReader&&) noexcept;
     ~TableReader();
 
-    bool has(const char* name) const;    ///< false while describing
+    bool has(const char* name) const; ///< false while describing
     bool isDescribing() const;
 
     // A default of std::nullopt makes the key required. Numbers may be written as integers or floats and must be finite.
@@ -59,8 +59,8 @@ public:
     int integer(const Key&, std::optional<int> fallback, Interval range);
     bool flag(const Key&, bool fallback);
     std::string text(const Key&, std::optional<std::string> fallback);
-    std::vector<std::string> texts(const Key&, std::vector<std::string> fallback); ///< one string or an array of them
-    std::filesystem::path path(const Key&, std::optional<std::string> fallback);   ///< relative to the scene file; "" stays empty
+    std::vector<std::string> texts(const Key&, std::vector<std::string> fallback);         ///< one string or an array of them
+    std::filesystem::path path(const Key&, std::optional<std::string> fallback);           ///< relative to the scene file; "" stays empty
     std::vector<double> numbers(const Key&, std::vector<double> fallback, Interval range); ///< an array of any length
 
     /// Three numbers. A single number is not accepted.

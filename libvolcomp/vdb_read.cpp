@@ -29,7 +29,8 @@ public:
     Reader(const fs::path& file, bool delayed) : m_path(file), m_file(file.string()), m_delayed(delayed)
     {
         std::error_code code;
-        if (!fs::exists(file, code)) throw fileError(file, "", "a VDB file", "no file", "Check the path; the bake and compose tools make such files.");
+        if (!fs::exists(file, code))
+            throw fileError(file, "", "a VDB file", "no file", "Check the path; the bake and compose tools make such files.");
         if (!fs::is_regular_file(file, code)) throw fileError(file, "", "a VDB file", "a directory or device");
         if (fs::file_size(file, code) == 0) throw fileError(file, "", "a VDB file", "an empty file");
         guarded([&] {
@@ -101,7 +102,8 @@ private:
         for (int i = 0; i < grids; ++i) {
             openvdb::io::GridDescriptor grid;
             grid.read(stream);
-            if (grid.getEndPos() > size) throw openvdb::IoError(fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
+            if (grid.getEndPos() > size)
+                throw openvdb::IoError(fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
             grid.seekToEnd(stream);
         }
         return true;
@@ -120,8 +122,8 @@ private:
                 if (i != j) off = std::max(off, std::abs(m(i, j)));
         if (!(h > 0) || !std::isfinite(h) || off > 1e-6 * h)
             throw fileError(m_path, place, "cubic voxels along the axes (uniform scale and translation)",
-                            fmt::format("a transform with the rows [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}]", m(0, 0), m(0, 1), m(0, 2),
-                                        m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)),
+                            fmt::format("a transform with the rows [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}]", m(0, 0),
+                                        m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)),
                             "Resample the grid to such voxels.");
     }
 
@@ -134,8 +136,8 @@ private:
 void checkBackground(const Reader& reader, const FloatGrid& grid)
 {
     if (grid.background() != 0)
-        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()), "0 (a fog volume)", fmt::format("{}", grid.background()),
-                        "Convert level sets to fog volumes first.");
+        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()), "0 (a fog volume)",
+                        fmt::format("{}", grid.background()), "Convert level sets to fog volumes first.");
 }
 
 void checkDensity(const Reader& reader, const FloatGrid& grid)
@@ -175,7 +177,7 @@ void clean(Vec3SGrid& grid, bool normalise)
         return v;
     };
     openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid.tree());
-    leaves.foreach([&](auto& leaf, std::size_t) {
+    leaves.foreach ([&](auto& leaf, std::size_t) {
         for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(fixed(*v));
     });
     auto tile = grid.beginValueOn();
@@ -208,7 +210,7 @@ Vec3SGrid::Ptr sharedDirection(const FloatGrid& density, const openvdb::Vec3s& d
     if (delayed) return grid;
     grid->tree().topologyUnion(density.tree());
     openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid->tree());
-    leaves.foreach([&](auto& leaf, std::size_t) {
+    leaves.foreach ([&](auto& leaf, std::size_t) {
         for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(direction);
     });
     auto tile = grid->beginValueOn();

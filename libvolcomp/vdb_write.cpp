@@ -33,7 +33,7 @@ class PackedGrid : public Grid {
 public:
     using Values = Packed* (PackedPart::*)(const PackedBlock&) const;
 
-    PackedGrid(const PackedPart& part, Values values) : m_part(part), m_values(values) {}
+    PackedGrid(const PackedPart& part, Values values) : m_part(part), m_values(values) { }
 
     // For the statistics among the metadata.
     openvdb::Index64 activeVoxelCount() const override { return m_part.voxels(); }
@@ -78,24 +78,20 @@ public:
         const std::uint32_t compression = openvdb::io::getDataCompression(out);
         std::size_t next = 0;
         const auto tokens = static_cast<std::size_t>(4 * tbb::this_task_arena::max_concurrency());
-        tbb::parallel_pipeline(
-            tokens, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
-                                                        [&](tbb::flow_control& control) {
-                                                            const std::size_t first = next;
-                                                            if (first >= m_part.blocks.size()) control.stop();
-                                                            next += kLeaves;
-                                                            return first;
-                                                        }) &
-                        tbb::make_filter<std::size_t, std::string>(tbb::filter_mode::parallel,
-                                                                   [&](std::size_t first) {
-                                                                       std::ostringstream bytes;
-                                                                       const std::size_t end = std::min(first + kLeaves, m_part.blocks.size());
-                                                                       for (std::size_t i = first; i < end; ++i) writeLeaf(m_part.blocks[i], compression, bytes);
-                                                                       return bytes.str();
-                                                                   }) &
-                        tbb::make_filter<std::string, void>(tbb::filter_mode::serial_in_order, [&](const std::string& bytes) {
-                            out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-                        }));
+        tbb::parallel_pipeline(tokens,
+                               tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) {
+                                   const std::size_t first = next;
+                                   if (first >= m_part.blocks.size()) control.stop();
+                                   next += kLeaves;
+                                   return first;
+                               }) & tbb::make_filter<std::size_t, std::string>(tbb::filter_mode::parallel, [&](std::size_t first) {
+                                   std::ostringstream bytes;
+                                   const std::size_t end = std::min(first + kLeaves, m_part.blocks.size());
+                                   for (std::size_t i = first; i < end; ++i) writeLeaf(m_part.blocks[i], compression, bytes);
+                                   return bytes.str();
+                               }) & tbb::make_filter<std::string, void>(tbb::filter_mode::serial_in_order, [&](const std::string& bytes) {
+                                   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+                               }));
     }
 
 private:
@@ -140,7 +136,8 @@ std::optional<Vec3f> sharedValue(const PackedPart& part, PackedVectors::Values v
 bool fitsHalf(const PackedPart& part)
 {
     return std::all_of(part.blocks.begin(), part.blocks.end(), [&](const PackedBlock& b) {
-        return std::all_of(part.density(b), part.density(b) + b.count, [](float v) { return v <= kLargestHalf && (v <= 0 || v >= kSmallestNormalHalf); });
+        return std::all_of(part.density(b), part.density(b) + b.count,
+                           [](float v) { return v <= kLargestHalf && (v <= 0 || v >= kSmallestNormalHalf); });
     });
 }
 
@@ -200,8 +197,8 @@ void prepare(openvdb::GridBase& grid, const PackedVolume& volume, const std::str
 }
 
 /// A vector grid, or metadata of the density where one value holds everywhere.
-void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolume& volume, const PackedPart& part, PackedVectors::Values values,
-                const std::string& name, const char* shared_key, openvdb::VecType type)
+void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolume& volume, const PackedPart& part,
+                PackedVectors::Values values, const std::string& name, const char* shared_key, openvdb::VecType type)
 {
     if (part.blocks.empty()) return;
     if (const auto value = sharedValue(part, values)) {

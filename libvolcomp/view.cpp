@@ -103,8 +103,8 @@ double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera
     return smallest < kNever ? smallest * pixels : 0;
 }
 
-std::vector<Placement> cullPlacements(const std::vector<Placement>& placements, const std::vector<Box>& boxes, const Camera& camera, int width,
-                                      int height, const std::vector<Light>& lights)
+std::vector<Placement> cullPlacements(const std::vector<Placement>& placements, const std::vector<Box>& boxes, const Camera& camera,
+                                      int width, int height, const std::vector<Light>& lights)
 {
     std::vector<Ball> balls;
     for (const Box& box : boxes) balls.push_back(ballOf(box));

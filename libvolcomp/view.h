@@ -16,7 +16,8 @@ bool inView(const Camera& camera, int width_pixels, int height_pixels, const Vec
 
 /// `pixels` times the edge of a pixel at the nearest point of the surfaces that the camera sees. Looks at 20,000 points spread evenly over each
 /// surface and at most as many of its corners; points behind a surface do not count. 0 where it sees none.
-double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera& camera, int width_pixels, int height_pixels, double pixels);
+double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera& camera, int width_pixels, int height_pixels,
+                       double pixels);
 
 /// The placements whose boxes are in the picture, or may throw a shadow on such a box. Their order is kept.
 std::vector<Placement> cullPlacements(const std::vector<Placement>& placements, const std::vector<Box>& boxes, const Camera& camera,

@@ -16,16 +16,16 @@
 namespace volcomp {
 
 struct VolumePart {
-    std::string material;                ///< name of the material; empty where a foreign file says none
+    std::string material; ///< name of the material; empty where a foreign file says none
     MaterialKind kind = MaterialKind::fibre;
-    openvdb::FloatGrid::Ptr density;     ///< 1 / world length, finite, >= 0; never null
+    openvdb::FloatGrid::Ptr density; ///< 1 / world length, finite, >= 0; never null
 
     /// Tangent (fibre) or normal (surface), world space (box space in a box), sign free. Its length is 1 - s, where
     /// s = sqrt((l2 + l3) / (2 l1)) is the spread of the directions that were summed in the voxel, l1 >= l2 >= l3 the eigenvalues of the
     /// density-weighted sum of t tᵀ (MODEL section 8): 1 where all agree, 0 where there is no direction. Null: no direction.
     openvdb::Vec3SGrid::Ptr direction;
 
-    openvdb::Vec3SGrid::Ptr colour;      ///< diffuse colour c_b, linear RGB; null: uniform_colour everywhere
+    openvdb::Vec3SGrid::Ptr colour; ///< diffuse colour c_b, linear RGB; null: uniform_colour everywhere
     Vec3f uniform_colour{1.0f};
 };
 

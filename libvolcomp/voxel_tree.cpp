@@ -61,7 +61,7 @@ std::uint64_t VoxelTree::pack(const Vec3f& direction, const Vec3f& colour, float
 // voxels say; then, in parallel, the voxels, so that each leaf of the grids is needed once and can be read from the file and freed on the way.
 class VoxelTree::Builder {
 public:
-    Builder(VoxelTree& tree, const Volume& volume, bool empties) : m_tree(tree), m_parts(volume.parts), m_empties(empties) {}
+    Builder(VoxelTree& tree, const Volume& volume, bool empties) : m_tree(tree), m_parts(volume.parts), m_empties(empties) { }
 
     void run(const Progress& progress)
     {
@@ -148,8 +148,8 @@ private:
         bool any_node = false;
         for (const VolumePart& part : m_parts) {
             const FloatBlock* node = part.density->tree().probeConstNode<FloatBlock>(origin);
-            any_node |= node || (part.direction && part.direction->tree().probeConstNode<VectorBlock>(origin)) ||
-                        (part.colour && part.colour->tree().probeConstNode<VectorBlock>(origin));
+            any_node |= node || (part.direction && part.direction->tree().probeConstNode<VectorBlock>(origin))
+                || (part.colour && part.colour->tree().probeConstNode<VectorBlock>(origin));
             nodes.push_back(node);
         }
         if (!any_node) {
@@ -170,15 +170,16 @@ private:
                 const bool has_leaf = nodes[p] && nodes[p]->isChildMaskOn(FloatBlock::coordToOffset(o));
                 const bool has_tile = nodes[p] ? nodes[p]->isValueMaskOn(FloatBlock::coordToOffset(o)) : part.density->tree().isValueOn(o);
                 active |= has_leaf || has_tile;
-                dense |= has_leaf || (has_tile && ((part.direction && part.direction->tree().probeConstLeaf(o)) ||
-                                                   (part.colour && part.colour->tree().probeConstLeaf(o))));
+                dense |= has_leaf
+                    || (has_tile
+                        && ((part.direction && part.direction->tree().probeConstLeaf(o))
+                            || (part.colour && part.colour->tree().probeConstLeaf(o))));
             }
             if (!active) continue;
             if (dense) {
                 children[n] = std::int32_t(m_sources.size());
                 m_sources.push_back({o, false, 1});
-            } else
-                children[n] = uniformLeaf(o, 1);
+            } else children[n] = uniformLeaf(o, 1);
             if (children[n] != kEmpty) extend(o, kLeafDim);
             any_leaf |= children[n] != kEmpty;
         }
@@ -263,8 +264,8 @@ private:
     static Error badDensity(const VolumePart& part, const Source& source, int n, float density)
     {
         const Coord at = source.origin + FloatLeaf::offsetToLocalCoord(n);
-        return Error("grid '" + part.density->getName() + "', voxel (" + std::to_string(at.x()) + ", " + std::to_string(at.y()) + ", " +
-                     std::to_string(at.z()) + "): expected a finite density >= 0, found " + std::to_string(density));
+        return Error("grid '" + part.density->getName() + "', voxel (" + std::to_string(at.x()) + ", " + std::to_string(at.y()) + ", "
+                     + std::to_string(at.z()) + "): expected a finite density >= 0, found " + std::to_string(density));
     }
 
     // A volume of more parts than a record can name keeps all of its voxels in lists.
@@ -365,8 +366,10 @@ void VoxelTree::readTransform(const Volume& volume)
         axes[a] = (transform.indexToWorld(e) - zero) / m_voxel;
     }
     for (int a = 0; a < 3; ++a)
-        if (!transform.isLinear() || !(m_voxel > 0) || !(std::abs(axes[a].length() - 1) < 1e-6 && std::abs(axes[a].dot(axes[(a + 1) % 3])) < 1e-6))
-            throw Error("the volume's voxels are not cubes (a non-uniform, sheared or perspective transform); resample it with uniform scale");
+        if (!transform.isLinear() || !(m_voxel > 0)
+            || !(std::abs(axes[a].length() - 1) < 1e-6 && std::abs(axes[a].dot(axes[(a + 1) % 3])) < 1e-6))
+            throw Error(
+                "the volume's voxels are not cubes (a non-uniform, sheared or perspective transform); resample it with uniform scale");
     for (const VolumePart& part : volume.parts)
         for (const openvdb::GridBase::Ptr& grid : std::initializer_list<openvdb::GridBase::Ptr>{part.density, part.direction, part.colour})
             if (grid && grid->transform() != transform) throw Error("the volume's grids have different transforms; resample them to one");
@@ -381,7 +384,8 @@ void VoxelTree::readTransform(const Volume& volume)
     for (int code = 0; code < kSpreadCodes; ++code) {
         const double s2 = spreadOf(code) * spreadOf(code), a = (1 + s2) / (1 + 2 * s2), b = (1 - s2) / (1 + 2 * s2);
         // integral over m from 0 to 1 of sqrt(a - b m^2)
-        const double mean = b > 1e-9 ? 0.5 * (std::sqrt(a - b) + a / std::sqrt(b) * std::asin(std::sqrt(std::min(1.0, b / a)))) : std::sqrt(a);
+        const double mean =
+            b > 1e-9 ? 0.5 * (std::sqrt(a - b) + a / std::sqrt(b) * std::asin(std::sqrt(std::min(1.0, b / a)))) : std::sqrt(a);
         m_factor_a[code] = a / (mean * mean);
         m_factor_b[code] = b / (mean * mean);
     }
@@ -391,8 +395,8 @@ Vec3d VoxelTree::toCorner(const Vec3d& p) const { return m_rotation * (p - m_ori
 
 std::size_t VoxelTree::memoryBytes() const
 {
-    return m_slots.size() * sizeof(Slot) + m_children.size() * sizeof(std::int32_t) + m_leaves.size() * sizeof(Leaf) + densityBytes() +
-           m_records.size() * sizeof(std::uint64_t) + m_shared.size() * sizeof(Shared);
+    return m_slots.size() * sizeof(Slot) + m_children.size() * sizeof(std::int32_t) + m_leaves.size() * sizeof(Leaf) + densityBytes()
+        + m_records.size() * sizeof(std::uint64_t) + m_shared.size() * sizeof(Shared);
 }
 
 VoxelContent VoxelTree::unpack(std::uint64_t record, float density, float colour_scale)

@@ -22,15 +22,15 @@
 
 namespace volcomp {
 
-constexpr int kLeafDim = 8, kBlockDim = 128;   ///< voxels along an edge
+constexpr int kLeafDim = 8, kBlockDim = 128; ///< voxels along an edge
 
 /// One part's particles in one voxel, unpacked.
 struct VoxelContent {
     int part = 0;
-    float density = 0;         ///< of this part, 1 / world length
+    float density = 0; ///< of this part, 1 / world length
     bool directed = false;
-    int spread_code = 0;       ///< 0 ... 62; spread = spread_code / 62
-    Vec3d direction{0.0};      ///< unit where directed
+    int spread_code = 0;  ///< 0 ... 62; spread = spread_code / 62
+    Vec3d direction{0.0}; ///< unit where directed
     Vec3d colour{1.0};
 };
 
@@ -41,12 +41,12 @@ public:
     static double spreadOf(int code) { return code / double(kSpreadCodes - 1); }
 
     struct Leaf {
-        std::array<std::uint64_t, 8> mask{};    ///< voxels of density > 0; word x, bit y * 8 + z
-        std::array<std::uint16_t, 8> before{};  ///< voxels in the words before
-        std::uint32_t first = 0;                ///< record of the first voxel
+        std::array<std::uint64_t, 8> mask{};   ///< voxels of density > 0; word x, bit y * 8 + z
+        std::array<std::uint16_t, 8> before{}; ///< voxels in the words before
+        std::uint32_t first = 0;               ///< record of the first voxel
         float colour_scale = 1;
-        bool uniform = false;                   ///< all voxels have the first record (an active tile)
-        bool directed_fibres = false;           ///< some voxel's extinction depends on the ray's direction
+        bool uniform = false;         ///< all voxels have the first record (an active tile)
+        bool directed_fibres = false; ///< some voxel's extinction depends on the ray's direction
     };
 
     /// Packs a volume. Throws Error where a density is not finite or is negative, the grids' transforms differ or are not a uniform
@@ -68,17 +68,17 @@ public:
 
     bool empty() const { return m_leaves.empty(); }
     double voxelSize() const { return m_voxel; }
-    std::uint64_t voxelCount() const { return m_voxels; }            ///< of density > 0, tiles included
+    std::uint64_t voxelCount() const { return m_voxels; } ///< of density > 0, tiles included
     std::size_t leafCount() const { return m_leaves.size(); }
-    std::size_t memoryBytes() const;                                 ///< of all tables
+    std::size_t memoryBytes() const; ///< of all tables
     std::size_t densityBytes() const { return m_density.size() * sizeof(float); }
-    const openvdb::CoordBBox& bounds() const { return m_bounds; }    ///< voxels, whole leaves, inclusive
+    const openvdb::CoordBBox& bounds() const { return m_bounds; } ///< voxels, whole leaves, inclusive
     bool hasDirectedFibres() const { return m_directed_fibres; }
     float maxDensity() const { return m_max_density; }
 
     /// Corner coordinates: voxel (i,j,k) is the cube [i,i+1) x [j,j+1) x [k,k+1), one unit a voxel, axes of the grid.
     Vec3d toCorner(const Vec3d& p_world) const;
-    Vec3d directionToCorner(const Vec3d& d_world) const { return m_rotation * d_world; }   ///< keeps the length
+    Vec3d directionToCorner(const Vec3d& d_world) const { return m_rotation * d_world; } ///< keeps the length
     Vec3d directionToWorld(const Vec3d& d_corner) const { return m_rotation.transpose() * d_corner; }
 
     /// The block that holds voxel (x,y,z): kEmpty or its number.
@@ -166,8 +166,8 @@ private:
     VoxelTree() = default;
     /// `direction` has the length 1 - spread.
     static std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part);
-    static constexpr std::size_t kMostParts = 15;  ///< that a record can name
-    static constexpr std::uint64_t kShared = 15;   ///< "part" of a record that points to a list
+    static constexpr std::size_t kMostParts = 15; ///< that a record can name
+    static constexpr std::uint64_t kShared = 15;  ///< "part" of a record that points to a list
     struct Slot {
         std::uint64_t key = 0;
         int block = kEmpty;
@@ -203,18 +203,18 @@ private:
     double sharedFactor(std::uint64_t record, const Vec3d& d) const;
 
     double m_voxel = 1;
-    Vec3d m_origin{0.0};                  ///< world position of corner coordinates 0
-    openvdb::math::Mat3d m_rotation;      ///< world to grid axes
+    Vec3d m_origin{0.0};             ///< world position of corner coordinates 0
+    openvdb::math::Mat3d m_rotation; ///< world to grid axes
     openvdb::CoordBBox m_bounds;
     std::vector<Slot> m_slots;
     std::size_t m_slot_mask = 0;
-    std::vector<std::int32_t> m_children;  ///< 4096 a block
+    std::vector<std::int32_t> m_children; ///< 4096 a block
     std::vector<Leaf> m_leaves;
-    std::vector<float> m_density;          ///< 512 a leaf
+    std::vector<float> m_density; ///< 512 a leaf
     std::vector<std::uint64_t> m_records;
     std::vector<Shared> m_shared;
     std::vector<Part> m_parts;
-    std::vector<char> m_is_fibre;          ///< by part
+    std::vector<char> m_is_fibre; ///< by part
     std::array<double, 64> m_factor_a{}, m_factor_b{};
     std::uint64_t m_voxels = 0;
     float m_max_density = 0;

@@ -91,7 +91,7 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
     t.m_density.resize(sources.size() * 512);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 32), [&](const auto& range) {
         struct Sum {
-            explicit Sum(int p) : part(p) {}
+            explicit Sum(int p) : part(p) { }
             int part;
             double density = 0;
             SymmetricTensor directions;
@@ -161,14 +161,16 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
                     if (end - e == 1 && t.m_parts.size() <= kMostParts) out.records.push_back(record);
                     else out.shared.push_back({record, entries[k].density, entries[k].part});
                 }
-                if (end - e > 1 || t.m_parts.size() > kMostParts) out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32 | (out.shared.size() - (end - e)));
+                if (end - e > 1 || t.m_parts.size() > kMostParts)
+                    out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32 | (out.shared.size() - (end - e)));
                 e = end;
             }
         }
     });
     for (std::size_t i = 0; i < filled.size(); ++i) {
         t.m_leaves[i].first = std::uint32_t(t.m_records.size());
-        for (const std::uint64_t record : filled[i].records) t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size() : record);
+        for (const std::uint64_t record : filled[i].records)
+            t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size() : record);
         t.m_shared.insert(t.m_shared.end(), filled[i].shared.begin(), filled[i].shared.end());
         const Leaf& l = t.m_leaves[i];
         t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);

@@ -141,7 +141,8 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
                                         {"combed tuft", primitive({combed}), spacing(250), 0.01},
                                         {"tree", plant, leaf_spacing, 0.015}};
     const std::vector<std::pair<const char*, Vec3d>> views{{"side", {1, 0, 0.05}}, {"oblique", {1, 1, 0.4}}, {"along", {0.02, -1, 0.01}}};
-    std::cout << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
+    std::cout
+        << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
     for (Subject subject : subjects) {
         std::vector<Segment> all;
         for (const SkeletonPart& part : grow(subject.grown, 0)) all.insert(all.end(), part.segments.begin(), part.segments.end());
@@ -159,8 +160,8 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
                 const double block = std::max(pictures[v].width, pictures[v].height) / 4;
                 const StudyError fibre = compare(exact[v], bakedTransmittance(box.volume, pictures[v], true), pictures[v], block);
                 const StudyError isotropic = compare(exact[v], bakedTransmittance(box.volume, pictures[v], false), pictures[v], block);
-                std::cout << fmt::format("| {} | {:g} | {} | {:.2f} | {:+.3f} | {:.3f} | {:+.3f} | {:.3f} |\n", subject.name, factor, views[v].first,
-                                         fibre.exact, fibre.mean, fibre.local, isotropic.mean, isotropic.local);
+                std::cout << fmt::format("| {} | {:g} | {} | {:.2f} | {:+.3f} | {:.3f} | {:+.3f} | {:.3f} |\n", subject.name, factor,
+                                         views[v].first, fibre.exact, fibre.mean, fibre.local, isotropic.mean, isotropic.local);
                 sum += std::abs(fibre.mean) / double(views.size());
                 blocks += fibre.local / double(views.size());
             }
@@ -284,9 +285,23 @@ TEST(Bake, OddShapesAreRight)
     EXPECT_EQ(boxOf([](Level& l) { l.count = {0, 0}; }, 0.01), 0U);
     EXPECT_EQ(boxOf([](Level& l) { l.length = l.length_ratio = 0; }, 0), 0U);
     EXPECT_GT(boxOf([](Level& l) { l.radius = 0.3; }, 0.02), 5000U) << "a radius larger than the length is a round body";
-    EXPECT_GT(boxOf([](Level& l) { l.radius = 1e-8; l.length = 1; }, 2e-5), 0U) << "thin, but more than 1e-5 of a voxel";
+    EXPECT_GT(boxOf(
+                  [](Level& l) {
+                      l.radius = 1e-8;
+                      l.length = 1;
+                  },
+                  2e-5),
+              0U)
+        << "thin, but more than 1e-5 of a voxel";
     EXPECT_EQ(boxOf([](Level& l) { l.radius = 1e-12; }, 0.001), 0U) << "less than can be seen";
-    EXPECT_GT(boxOf([](Level& l) { l.curl_radius = 0.05; l.curl_turns = 200; l.bend = 50; }, 0.002), 0U);
+    EXPECT_GT(boxOf(
+                  [](Level& l) {
+                      l.curl_radius = 0.05;
+                      l.curl_turns = 200;
+                      l.bend = 50;
+                  },
+                  0.002),
+              0U);
     EXPECT_GT(boxOf([](Level& l) { l.angle = {3, 3}; }, 0.002), 0U) << "the box grows below the ground as well";
     EXPECT_GT(boxOf([](Level&) {}, 0.1), 0U) << "a voxel larger than the box";
 }
@@ -341,7 +356,8 @@ TEST(Bake, SameVoxelsForAnyNumberOfThreads)
         ASSERT_EQ(one.volume.parts[k].density->activeVoxelCount(), four.volume.parts[k].density->activeVoxelCount());
         for (auto it = one.volume.parts[k].density->cbeginValueOn(); it; ++it) {
             ASSERT_EQ(four.volume.parts[k].density->tree().getValue(it.getCoord()), *it);
-            ASSERT_EQ(four.volume.parts[k].direction->tree().getValue(it.getCoord()), one.volume.parts[k].direction->tree().getValue(it.getCoord()));
+            ASSERT_EQ(four.volume.parts[k].direction->tree().getValue(it.getCoord()),
+                      one.volume.parts[k].direction->tree().getValue(it.getCoord()));
         }
     }
 }

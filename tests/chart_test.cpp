@@ -20,7 +20,8 @@ bool overlap(const LabelBox& a, const LabelBox& b)
 
 TEST(Chart, TheFrontHoldsWhatNothingBeats)
 {
-    const std::vector<ChartPoint> points{{"slow", 9, 0.1}, {"fast", 1, 1}, {"beaten", 5, 0.6}, {"middle", 4, 0.5}, {"as fast, worse", 1, 2}, {"fast again", 1, 1}};
+    const std::vector<ChartPoint> points{{"slow", 9, 0.1},   {"fast", 1, 1},           {"beaten", 5, 0.6},
+                                         {"middle", 4, 0.5}, {"as fast, worse", 1, 2}, {"fast again", 1, 1}};
     EXPECT_EQ(paretoFront(points), (std::vector<std::size_t>{1, 3, 0}));
     EXPECT_TRUE(paretoFront({}).empty());
     Random random(2);
@@ -29,7 +30,8 @@ TEST(Chart, TheFrontHoldsWhatNothingBeats)
     const auto front = paretoFront(many);
     for (std::size_t i = 0; i < many.size(); ++i) {
         bool beaten = false, on_front = std::find(front.begin(), front.end(), i) != front.end();
-        for (const ChartPoint& other : many) beaten |= other.x <= many[i].x && other.y <= many[i].y && (other.x < many[i].x || other.y < many[i].y);
+        for (const ChartPoint& other : many)
+            beaten |= other.x <= many[i].x && other.y <= many[i].y && (other.x < many[i].x || other.y < many[i].y);
         EXPECT_NE(beaten, on_front);
     }
 }
@@ -58,9 +60,12 @@ TEST(Chart, NamesNeitherOverlapNorLeaveTheFrame)
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         if (names[i].empty()) continue;
         EXPECT_EQ(boxes[i].width, 8.0 * double(names[i].size()));
-        EXPECT_TRUE(boxes[i].x >= frame.x && boxes[i].x + boxes[i].width <= frame.x + frame.width && boxes[i].y >= frame.y && boxes[i].y + boxes[i].height <= frame.y + frame.height);
+        EXPECT_TRUE(boxes[i].x >= frame.x && boxes[i].x + boxes[i].width <= frame.x + frame.width && boxes[i].y >= frame.y
+                    && boxes[i].y + boxes[i].height <= frame.y + frame.height);
         for (std::size_t k = 0; k < i; ++k)
-            if (!names[k].empty()) { EXPECT_FALSE(overlap(boxes[i], boxes[k])) << names[i] << " and " << names[k]; }
+            if (!names[k].empty()) {
+                EXPECT_FALSE(overlap(boxes[i], boxes[k])) << names[i] << " and " << names[k];
+            }
     }
 }
 

@@ -51,7 +51,8 @@ Box strands(int nx, int ny, int count, double voxel, std::uint64_t seed)
     VolumePart part = emptyPart(voxel);
     for (int s = 0; s < count; ++s) {
         Random random(hashKey(seed, static_cast<std::uint64_t>(s)));
-        double x = random.uniform(-0.25, 0.25) * nx, z = random.uniform(-0.25, 0.25) * nx, dx = random.symmetric() * 0.2, dz = random.symmetric() * 0.2;
+        double x = random.uniform(-0.25, 0.25) * nx, z = random.uniform(-0.25, 0.25) * nx, dx = random.symmetric() * 0.2,
+               dz = random.symmetric() * 0.2;
         const double bend_x = random.symmetric() * 0.006, bend_z = random.symmetric() * 0.006;
         const auto rho = static_cast<float>(random.uniform(20, 60));
         const Vec3f colour(float(random.uniform()), float(random.uniform()), float(random.uniform()));
@@ -83,7 +84,8 @@ Placement randomPlacement(std::uint64_t key, double reach, double low = 0.8, dou
 {
     Random r(key);
     Vec3d axis(r.normal(), r.normal(), r.normal());
-    Placement p = turned(axis, r.uniform(0, 2 * kPi), {r.symmetric() * reach, r.symmetric() * reach, r.symmetric() * reach}, float(r.uniform(low, high)));
+    Placement p = turned(axis, r.uniform(0, 2 * kPi), {r.symmetric() * reach, r.symmetric() * reach, r.symmetric() * reach},
+                         float(r.uniform(low, high)));
     p.tint = Vec3f(float(r.uniform()), float(r.uniform()), float(r.uniform()));
     return p;
 }
@@ -184,7 +186,8 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
                 const int index[3] = {sub / (n * n), sub / n % n, sub % n};
                 Vec3d local;
                 for (int i = 0; i < 3; ++i) local[i] = it.getCoord()[i] + (index[i] + 0.5) / n - 0.5;
-                const Vec3d world = p.position / h + (Vec3d(p.x_axis) * local[0] + Vec3d(p.y_axis) * local[1] + Vec3d(p.z_axis) * local[2]) * step;
+                const Vec3d world =
+                    p.position / h + (Vec3d(p.x_axis) * local[0] + Vec3d(p.y_axis) * local[1] + Vec3d(p.z_axis) * local[2]) * step;
                 const auto d = Vec3d(part.direction->tree().getValue(it.getCoord()));
                 const Vec3d t = Vec3d(p.x_axis) * d[0] + Vec3d(p.y_axis) * d[1] + Vec3d(p.z_axis) * d[2];
                 const auto c = Vec3d(part.colour->tree().getValue(it.getCoord()));
@@ -194,7 +197,8 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
                             double overlap = 1;
                             const int cell[3] = {x, y, z};
                             for (int i = 0; i < 3; ++i)
-                                overlap *= std::max(0.0, std::min(cell[i] + 0.5, world[i] + width / 2) - std::max(cell[i] - 0.5, world[i] - width / 2));
+                                overlap *= std::max(
+                                    0.0, std::min(cell[i] + 0.5, world[i] + width / 2) - std::max(cell[i] - 0.5, world[i] - width / 2));
                             if (overlap <= 0) continue;
                             Sum& s = reference[Coord(x, y, z)];
                             const double rho = *it / double(p.scale) * overlap;
@@ -215,9 +219,10 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
         const Vec3d d(v.parts[0].direction->tree().getValue(c));
         EXPECT_NEAR(d.length(), 1 - expected.spread, 0.01) << c;
         // Where the two largest eigenvalues are close, a small difference turns the direction: weigh by how clear it is.
-        angles += s.density * (1 - expected.spread) * std::acos(std::min(1.0, std::abs(d.dot(expected.direction)) / std::max(1e-9, d.length())));
+        angles +=
+            s.density * (1 - expected.spread) * std::acos(std::min(1.0, std::abs(d.dot(expected.direction)) / std::max(1e-9, d.length())));
     }
-    EXPECT_LT(difference / total, 1e-3);   // positions are rounded to 1/4096 voxel
+    EXPECT_LT(difference / total, 1e-3); // positions are rounded to 1/4096 voxel
     EXPECT_LT(colours / total, 1e-3);
     EXPECT_LT(angles / total, 1e-3);
     double elsewhere = 0;

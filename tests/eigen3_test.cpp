@@ -16,7 +16,8 @@ Vec3d unitVector(Random& random)
 /// |A d - l d| for the Rayleigh quotient l, over the trace.
 double residual(const SymmetricTensor& a, const Vec3d& d)
 {
-    const Vec3d ad(a.xx * d[0] + a.xy * d[1] + a.xz * d[2], a.xy * d[0] + a.yy * d[1] + a.yz * d[2], a.xz * d[0] + a.yz * d[1] + a.zz * d[2]);
+    const Vec3d ad(a.xx * d[0] + a.xy * d[1] + a.xz * d[2], a.xy * d[0] + a.yy * d[1] + a.yz * d[2],
+                   a.xz * d[0] + a.yz * d[1] + a.zz * d[2]);
     return (ad - d * ad.dot(d)).length() / a.trace();
 }
 

@@ -161,7 +161,8 @@ TEST(Grow, ClumpBringsTipsTogether)
     const auto spreadOfTips = [&](double clump) {
         hair.clump = clump;
         double sum = 0;
-        for (const auto& [number, pieces] : byStrand(grown(primitive({hair})))) sum += Vec3d(pieces.back().b[0], 0, pieces.back().b[2]).length() / 200;
+        for (const auto& [number, pieces] : byStrand(grown(primitive({hair}))))
+            sum += Vec3d(pieces.back().b[0], 0, pieces.back().b[2]).length() / 200;
         return sum;
     };
     EXPECT_GT(spreadOfTips(0), 0.3);

@@ -40,7 +40,7 @@ TEST(Light, EmitsTheSameThroughEverySphereAroundIt)
     spot.soft_angle = 0;
     for (const double r : {0.1, 1.0, 30.0}) {
         EXPECT_NEAR(emitted(lamp(LightKind::point), r), 4 * kPi, 1e-9) << r;
-        EXPECT_NEAR(emitted(lamp(LightKind::patch), r), kPi, 1e-4) << r; // the integral of the cosine over the half space
+        EXPECT_NEAR(emitted(lamp(LightKind::patch), r), kPi, 1e-4) << r;         // the integral of the cosine over the half space
         EXPECT_NEAR(emitted(spot, r), 2 * kPi * (1 - std::cos(0.7)), 3e-3) << r; // the cone's solid angle
     }
 }
@@ -51,7 +51,9 @@ TEST(Light, ASpotsBorderIsHalfAsBrightInItsMiddle)
     spot.direction = Vec3d(0, -1, 0);
     spot.angle = 0.5;
     spot.soft_angle = 0.2;
-    const auto at = [&](double angle) { return illuminate(spot, spot.position + Vec3d(std::sin(angle), -std::cos(angle), 0), 1e-3).weight; };
+    const auto at = [&](double angle) {
+        return illuminate(spot, spot.position + Vec3d(std::sin(angle), -std::cos(angle), 0), 1e-3).weight;
+    };
     EXPECT_DOUBLE_EQ(at(0.29), 1);
     EXPECT_NEAR(at(0.4), 0.5, 1e-12);
     EXPECT_DOUBLE_EQ(at(0.51), 0);

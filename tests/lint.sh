@@ -3,6 +3,7 @@
 set -euo pipefail
 . "$(dirname "$0")/../scenes/prepare.sh" programs
 cd "$root"
+command -v clang-tidy >/dev/null || { echo "lint.sh: expected clang-tidy, found none; install the package clang-tidy" >&2; exit 1; }
 say "clang-format"
 git ls-files -z '*.h' '*.cpp' | xargs -0 clang-format --dry-run --Werror
 say "clang-tidy"

@@ -73,8 +73,9 @@ TEST_F(MeshFile, nonManifoldFacesAreKeptAndCounted)
 
 TEST_F(MeshFile, textureSeamsKeepEachFacesCoordinates)
 {
-    const Mesh m = read("seam.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.25 0.5\nvt 0.75 0.5\nvt 0.5 0.75\n"
-                                    "f 1/1 2/2 3/3\nf 2/4 4/5 3/6\n");
+    const Mesh m = read("seam.obj",
+                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.25 0.5\nvt 0.75 0.5\nvt 0.5 0.75\n"
+                        "f 1/1 2/2 3/3\nf 2/4 4/5 3/6\n");
     ASSERT_EQ(m.uv.size(), 2u);
     EXPECT_EQ(m.uv[0][1], Vec2f(1, 0));
     EXPECT_EQ(m.uv[1][0], Vec2f(0.25f, 0.5f));
@@ -85,10 +86,15 @@ TEST_F(MeshFile, textureSeamsKeepEachFacesCoordinates)
 TEST_F(MeshFile, offPlyAndStlAreRead)
 {
     EXPECT_EQ(read("t.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n").triangles.size(), 2u);
-    EXPECT_EQ(read("t.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                            "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size(), 1u);
-    EXPECT_EQ(read("t.stl", "solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid t\n")
-                  .triangles.size(), 1u);
+    EXPECT_EQ(read("t.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                   "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+                  .triangles.size(),
+              1u);
+    EXPECT_EQ(
+        read("t.stl", "solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid t\n")
+            .triangles.size(),
+        1u);
 }
 
 TEST_F(MeshFile, zeroAreaTrianglesAreCounted)
@@ -114,8 +120,9 @@ TEST_F(MeshFile, wrongFilesAreRefusedWithTheirName)
     EXPECT_TRUE(refuses("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"));
     EXPECT_TRUE(refuses("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"));
     EXPECT_TRUE(refuses("text.ply", "this is not a mesh\n"));
-    EXPECT_TRUE(refuses("cut.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                                   "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n"));
+    EXPECT_TRUE(refuses("cut.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n"));
     EXPECT_TRUE(refuses("mesh.gltf", "{}"));
     EXPECT_THROW(readMesh("/nonexistent/mesh.obj"), Error);
     EXPECT_THROW(readMesh("/tmp"), Error);

@@ -47,7 +47,8 @@ TEST(PixelFilter, SamplesLieAsTheFilterWeighs)
             for (const double part : {-0.8, -0.3, 0.0, 0.25, 0.6}) {
                 int below = 0;
                 for (int s = 0; s < 2500; ++s) below += sampler.position(3, 5, s)[0] < 3.5 + part * radius;
-                EXPECT_NEAR(below / 2500.0, weightBelow(filter, radius, part * radius), 0.025) << part; // one row of the 50 x 50 grid is 0.02
+                EXPECT_NEAR(below / 2500.0, weightBelow(filter, radius, part * radius), 0.025)
+                    << part; // one row of the 50 x 50 grid is 0.02
             }
             for (const double u : {0.0, 0.1, 0.5, 0.97, 1.0}) {
                 EXPECT_NEAR(weightBelow(filter, radius, sampler.warp(u)), u, 2e-3);

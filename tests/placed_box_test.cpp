@@ -71,7 +71,8 @@ TEST(PlacedBox, spreadsTheShadeAsTheDocumentationSays)
                 along[axis] = 1;
                 const auto rotation = openvdb::math::rotation<openvdb::math::Mat3<double>>(along, random.uniform(0, 2 * kPi));
                 Placement p;
-                p.x_axis = Vec3f(rotation * Vec3d(1, 0, 0)), p.y_axis = Vec3f(rotation * Vec3d(0, 1, 0)), p.z_axis = Vec3f(rotation * Vec3d(0, 0, 1));
+                p.x_axis = Vec3f(rotation * Vec3d(1, 0, 0)), p.y_axis = Vec3f(rotation * Vec3d(0, 1, 0)),
+                p.z_axis = Vec3f(rotation * Vec3d(0, 0, 1));
                 p.position = Vec3d(random.uniform(), random.uniform(), random.uniform());
                 ComposeParams params;
                 params.voxel = kVoxel * k.ratio;
@@ -100,7 +101,8 @@ TEST(PlacedBox, itsTilesAreThoseThatItReaches)
     params.voxel = 0.007;
     const PackedVolume volume = compose({box}, {p}, params);
     for (const PackedBlock& b : volume.parts[0].blocks) {
-        const Coord tile(b.origin[0] >> TileAccumulator::kLog2, b.origin[1] >> TileAccumulator::kLog2, b.origin[2] >> TileAccumulator::kLog2);
+        const Coord tile(b.origin[0] >> TileAccumulator::kLog2, b.origin[1] >> TileAccumulator::kLog2,
+                         b.origin[2] >> TileAccumulator::kLog2);
         EXPECT_NE(std::find(tiles.begin(), tiles.end(), tile), tiles.end()) << tile;
     }
     p.position[0] = 1e9;

@@ -61,7 +61,8 @@ width = 48
 height = 32
 )";
 
-constexpr const char* kMesh = "v -0.5 0 0.5\nv 0.5 0 0.5\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+constexpr const char* kMesh =
+    "v -0.5 0 0.5\nv 0.5 0 0.5\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
 
 struct Outcome {
     int status;
@@ -104,7 +105,8 @@ protected:
     Outcome run(const std::string& program, const std::string& arguments)
     {
         const fs::path log = path("log.txt");
-        const std::string command = "cd '" + m_dir.string() + "' && '" VOLCOMP_BIN "/volcomp-" + program + "' " + arguments + " >'" + log.string() + "' 2>&1";
+        const std::string command =
+            "cd '" + m_dir.string() + "' && '" VOLCOMP_BIN "/volcomp-" + program + "' " + arguments + " >'" + log.string() + "' 2>&1";
         const int status = std::system(command.c_str());
         Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read("log.txt")};
         fs::remove(log);
@@ -118,9 +120,11 @@ protected:
     void expectFailure(const Outcome& outcome, std::initializer_list<const char*> parts, const std::string& output)
     {
         EXPECT_EQ(outcome.status, 1) << outcome.output;
-        for (const char* part : parts) EXPECT_NE(outcome.output.find(part), std::string::npos) << "'" << part << "' is not in: " << outcome.output;
+        for (const char* part : parts)
+            EXPECT_NE(outcome.output.find(part), std::string::npos) << "'" << part << "' is not in: " << outcome.output;
         EXPECT_FALSE(fs::exists(path(output))) << output;
-        for (const auto& entry : fs::recursive_directory_iterator(m_dir)) EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
+        for (const auto& entry : fs::recursive_directory_iterator(m_dir))
+            EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
     }
 
 private:
@@ -172,7 +176,8 @@ TEST_F(Programs, helpVersionAndWrongArguments)
     for (const auto& [program, required] : {std::pair("bake", ""), {"compose", "--boxes boxes "}, {"render", ""}}) {
         const Outcome help = run(program, "--help");
         EXPECT_EQ(help.status, 0);
-        for (const char* option : {"--quiet", "--threads", "--version", "--stats"}) EXPECT_NE(help.output.find(option), std::string::npos) << program << option;
+        for (const char* option : {"--quiet", "--threads", "--version", "--stats"})
+            EXPECT_NE(help.output.find(option), std::string::npos) << program << option;
         EXPECT_EQ(run(program, "--version").status, 0);
         const Outcome wrong = run(program, std::string("scene.toml -o x ") + required + "--colour blue");
         EXPECT_EQ(wrong.status, 2);
@@ -182,10 +187,7 @@ TEST_F(Programs, helpVersionAndWrongArguments)
     }
 }
 
-TEST_F(Programs, quietSaysNothing)
-{
-    EXPECT_EQ(run("bake", "scene.toml -o boxes --quiet").output, "");
-}
+TEST_F(Programs, quietSaysNothing) { EXPECT_EQ(run("bake", "scene.toml -o boxes --quiet").output, ""); }
 
 TEST_F(Programs, badSceneFiles)
 {
@@ -204,11 +206,13 @@ TEST_F(Programs, badValuesInTheScene)
     struct Case {
         const char *from, *to, *expected;
     };
-    for (const Case& c : {Case{"radius", "radius = nan", "radius"}, Case{"length", "length = -0.1", "length"}, Case{"count", "count = \"many\"", "count"},
-                          Case{"segments", "segmnets = 4", "did you mean 'segments'"}, Case{"variants", "variants = 0", "variants"},
-                          Case{"material = \"fur\"", "material = \"far\"", "the name of a material"}, Case{"eye", "eye = [0, 0, 0]", "target"},
-                          Case{"direction", "direction = [0, 0, 0]", "not zero"}, Case{"width", "width = 0", "width"}, Case{"height", "height = 1e3", "whole number"},
-                          Case{"density", "density = inf", "density"}, Case{"eye", "eye = [0, 1]", "three numbers"}, Case{"voxel", "voxel = -1", "voxel"}}) {
+    for (const Case& c :
+         {Case{"radius", "radius = nan", "radius"}, Case{"length", "length = -0.1", "length"}, Case{"count", "count = \"many\"", "count"},
+          Case{"segments", "segmnets = 4", "did you mean 'segments'"}, Case{"variants", "variants = 0", "variants"},
+          Case{"material = \"fur\"", "material = \"far\"", "the name of a material"}, Case{"eye", "eye = [0, 0, 0]", "target"},
+          Case{"direction", "direction = [0, 0, 0]", "not zero"}, Case{"width", "width = 0", "width"},
+          Case{"height", "height = 1e3", "whole number"}, Case{"density", "density = inf", "density"},
+          Case{"eye", "eye = [0, 1]", "three numbers"}, Case{"voxel", "voxel = -1", "voxel"}}) {
         writeSceneWith(c.from, c.to);
         expectFailure(run("bake", "scene.toml -o boxes"), {"scene.toml:", c.expected}, "boxes");
     }
@@ -219,8 +223,8 @@ TEST_F(Programs, badMeshes)
     ASSERT_EQ(bake().status, 0);
     fs::remove(path("ground.obj"));
     expectFailure(compose(), {"ground.obj"}, "volume.vdb");
-    for (const char* text : {"", "this is no mesh\n", "v 0 0 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 0 0 nan\nf 1 2 3\n",
-                             "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n"}) {
+    for (const char* text : {"", "this is no mesh\n", "v 0 0 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n",
+                             "v 0 0 0\nv 1 0 0\nv 0 0 nan\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n"}) {
         write("ground.obj", text);
         expectFailure(compose(), {"ground.obj"}, "volume.vdb");
     }
@@ -281,14 +285,17 @@ TEST_F(Programs, aKilledRenderGoesOnToTheSamePixels)
     ASSERT_EQ(run("render", job + "-o whole.png").status, 0);
     EXPECT_FALSE(fs::exists(path("whole.png.checkpoint")));
     for (const std::string signal : {"KILL", "TERM"}) {
-        const std::string picture = signal + ".png", command = "cd '" + path("").string() + "'; '" VOLCOMP_BIN "/volcomp-render' " + job + "-o " + picture + " >" + signal +
-                                    ".txt 2>&1 & pid=$!; for i in $(seq 1000); do [ -f '" + path(picture).string() + ".checkpoint' ] && break; sleep 0.01; done; kill -" + signal +
-                                    " $pid; wait $pid";
+        const std::string picture = signal + ".png",
+                          command = "cd '" + path("").string() + "'; '" VOLCOMP_BIN "/volcomp-render' " + job + "-o " + picture + " >"
+            + signal + ".txt 2>&1 & pid=$!; for i in $(seq 1000); do [ -f '" + path(picture).string()
+            + ".checkpoint' ] && break; sleep 0.01; done; kill -" + signal + " $pid; wait $pid";
         const int status = std::system(("bash -c \"" + std::regex_replace(command, std::regex("[$]"), "\\$") + "\" 2>/dev/null").c_str());
         EXPECT_NE(status, 0) << "not killed in time";
         EXPECT_FALSE(fs::exists(path(picture)));
         ASSERT_TRUE(fs::exists(path(picture + ".checkpoint")));
-        if (signal == "TERM") { EXPECT_NE(read("TERM.txt").find("--resume goes on"), std::string::npos) << read("TERM.txt"); }
+        if (signal == "TERM") {
+            EXPECT_NE(read("TERM.txt").find("--resume goes on"), std::string::npos) << read("TERM.txt");
+        }
 
         const Outcome other = run("render", "scene.toml --volume volume.vdb --samples 101 --resume -o " + picture);
         expectFailure(other, {"checkpoint", "samples = 101", "100"}, picture);
@@ -322,8 +329,11 @@ TEST_F(Programs, aForeignVolumeIsRendered)
     grid->fill(openvdb::CoordBBox(openvdb::Coord(-8), openvdb::Coord(7)), 20.0f);
     openvdb::io::File(path("volume.vdb").string()).write({grid});
     for (const char* undirected : {"isotropic", "gradient"}) {
-        write("plain.toml", std::string("[camera]\neye = [0, 1.5, 2]\ntarget = [0, 0, 0]\n[[light]]\ndirection = [-1, -2, -1]\n[render]\nwidth = 32\nheight = 24\nundirected = \"")
-                                + undirected + "\"\n");
+        write(
+            "plain.toml",
+            std::string(
+                "[camera]\neye = [0, 1.5, 2]\ntarget = [0, 0, 0]\n[[light]]\ndirection = [-1, -2, -1]\n[render]\nwidth = 32\nheight = 24\nundirected = \"")
+                + undirected + "\"\n");
         const Outcome outcome = run("render", "plain.toml --volume volume.vdb -o " + std::string(undirected) + ".exr");
         EXPECT_EQ(outcome.status, 0) << outcome.output;
         EXPECT_TRUE(fs::exists(path(std::string(undirected) + ".exr")));

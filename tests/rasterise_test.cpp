@@ -57,7 +57,8 @@ TEST(Rasterise, NumberOfPiecesDoesNotMatter)
         return bakeFibre(segments, 0.25);
     };
     const VolumePart one = pieces(1), many = pieces(57);
-    for (auto it = one.density->cbeginValueOn(); it; ++it) EXPECT_NEAR(many.density->tree().getValue(it.getCoord()), *it, 1e-4 * *it + 1e-3);
+    for (auto it = one.density->cbeginValueOn(); it; ++it)
+        EXPECT_NEAR(many.density->tree().getValue(it.getCoord()), *it, 1e-4 * *it + 1e-3);
 }
 
 TEST(Rasterise, ThickStrandIsFullInsideWithoutDoubleCountAtJoints)
@@ -73,10 +74,13 @@ TEST(Rasterise, ThickStrandIsFullInsideWithoutDoubleCountAtJoints)
 
 TEST(Rasterise, ThinAndThickFormulaMeet)
 {
-    const auto coverage = [](double radius) { return totalCoverage(bakeFibre({cone({0.2, 0, 0.1}, {30.2, 40, 30.1}, radius, radius)}, 1)); };
+    const auto coverage = [](double radius) {
+        return totalCoverage(bakeFibre({cone({0.2, 0, 0.1}, {30.2, 40, 30.1}, radius, radius)}, 1));
+    };
     const double below = coverage(0.577), above = coverage(0.578); // the switch is at sqrt(1/3)
     EXPECT_NEAR(above, below, 0.06 * below);
-    EXPECT_NEAR(coverage(0.126), kPi / 2 * 0.126 * std::sqrt(30.0 * 30 + 40 * 40 + 30 * 30), 0.02 * coverage(0.126)) << "spread over the cross-section from 1/8 on";
+    EXPECT_NEAR(coverage(0.126), kPi / 2 * 0.126 * std::sqrt(30.0 * 30 + 40 * 40 + 30 * 30), 0.02 * coverage(0.126))
+        << "spread over the cross-section from 1/8 on";
     double last = 0;
     for (double r = 0.02; r < 1.5; r += 0.02) {
         EXPECT_GT(coverage(r), 0.98 * last) << r;
@@ -107,7 +111,8 @@ TEST(Rasterise, SameBytesForAnyNumberOfThreads)
     std::vector<Segment> segments;
     for (std::uint32_t i = 0; i < 3000; ++i) {
         const Vec3d a(10 * random.uniform(), 10 * random.uniform(), 10 * random.uniform());
-        segments.push_back(cone(a, a + Vec3d(random.symmetric(), random.symmetric(), random.symmetric()), 0.3 * random.uniform(), 0.05, i / 3));
+        segments.push_back(
+            cone(a, a + Vec3d(random.symmetric(), random.symmetric(), random.symmetric()), 0.3 * random.uniform(), 0.05, i / 3));
     }
     const auto with = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);

@@ -68,10 +68,12 @@ TEST(Render, LineIntegralsAgreeWithTheReference)
     const nlohmann::json data = nlohmann::json::parse(stream);
     Volume volume;
     volume.parts.push_back(emptyPart());
-    for (const auto& v : data["grid"]) volume.parts[0].density->tree().setValue({v["ijk"][0], v["ijk"][1], v["ijk"][2]}, v["density"].get<float>());
+    for (const auto& v : data["grid"])
+        volume.parts[0].density->tree().setValue({v["ijk"][0], v["ijk"][1], v["ijk"][2]}, v["density"].get<float>());
     const VoxelTree tree(volume);
     for (const auto& ray : data["rays"]) {
-        const Vec3d o(ray["origin"][0], ray["origin"][1], ray["origin"][2]), d(ray["direction"][0], ray["direction"][1], ray["direction"][2]);
+        const Vec3d o(ray["origin"][0], ray["origin"][1], ray["origin"][2]),
+            d(ray["direction"][0], ray["direction"][1], ray["direction"][2]);
         const MarchRay r(tree, tree.toCorner(o), d, MarchRay::kFar);
         const double expected = ray["box"];
         EXPECT_NEAR(lineIntegral<false>(tree, r, d, MarchRay::kFar), expected, 1e-6 * std::max(1.0, expected)) << ray.dump();
@@ -126,8 +128,12 @@ TEST(Render, SumsDarkenWithTheDepthOfAStepAndTheClosedFormDoesNot)
         const double expected = 0.25 * -std::expm1(-32 * x);
         EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], expected, 1e-5 * expected) << x;
         params.integration = Integration::riemann;
-        EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], expected * x / std::expm1(x), 0.02 * expected) << x;
-        if (x >= 0.1) { EXPECT_LT(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], 0.96 * expected) << x; }
+        EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], expected * x / std::expm1(x),
+                    0.02 * expected)
+            << x;
+        if (x >= 0.1) {
+            EXPECT_LT(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], 0.96 * expected) << x;
+        }
     }
 }
 
@@ -195,10 +201,10 @@ TEST(March, RaysMeetEachVoxelOnceWithItsLength)
         for (int i = 0; i < 3000; ++i) {
             const Vec3d target = corner + Vec3d(random.uniform(0, 11), random.uniform(0, 11), random.uniform(0, 11));
             Vec3d d(random.symmetric(), random.symmetric(), random.symmetric()), o = target;
-            if (i % 5 == 1) d[i % 3] = i % 2 ? 0.0 : -0.0;                                      // in a plane
-            if (i % 5 == 2) d = Vec3d(0.0), d[i % 3] = i % 2 ? 1 : -1;                          // along an axis
-            if (i % 5 == 3) o = Vec3d(std::floor(o[0]), std::floor(o[1]), std::floor(o[2]));    // through a corner or along a face
-            if (i % 10 == 8) d = Vec3d(i % 20 < 10 ? 1 : -1, 1, 1), o = corner - Vec3d(3.0);    // a diagonal
+            if (i % 5 == 1) d[i % 3] = i % 2 ? 0.0 : -0.0;                                   // in a plane
+            if (i % 5 == 2) d = Vec3d(0.0), d[i % 3] = i % 2 ? 1 : -1;                       // along an axis
+            if (i % 5 == 3) o = Vec3d(std::floor(o[0]), std::floor(o[1]), std::floor(o[2])); // through a corner or along a face
+            if (i % 10 == 8) d = Vec3d(i % 20 < 10 ? 1 : -1, 1, 1), o = corner - Vec3d(3.0); // a diagonal
             d.normalize();
             if (i % 2) o -= 40.0 * d;
             if (i % 5 == 3 && i % 2 == 0) continue; // from a corner both sides are right where a component is 0
@@ -292,19 +298,24 @@ TEST(Render, RadianceAgreesWithBruteForce)
         for (const auto& [t, ijk] : order) {
             const double length = lengths.at(ijk), delta = volume.parts[0].density->tree().getValue(ijk) * length;
             VoxelContent content;
-            tree.contents(tree.leafAt(ijk[0], ijk[1], ijk[2]), VoxelTree::offset(ijk[0], ijk[1], ijk[2]), [&](const VoxelContent& c) { content = c; });
+            tree.contents(tree.leafAt(ijk[0], ijk[1], ijk[2]), VoxelTree::offset(ijk[0], ijk[1], ijk[2]),
+                          [&](const VoxelContent& c) { content = c; });
             const Vec3f stored = volume.parts[0].direction->tree().getValue(ijk);
             ASSERT_GT(std::abs(content.direction.dot(Vec3d(stored))), 1 - 1e-6); // 7e-4 rad
             const Vec3d p = o + t * d, q = p + length * d, middle = 0.5 * (p + q);
             radiance += T * -std::expm1(-delta) * material.alpha * params.ambient;
             for (const Light& light : lights) {
-                const auto toLight = [&](const Vec3d& x) { return light.kind == LightKind::directional ? Vec3d(-light.direction) : (light.position + Vec3d(0.5) - x).unit(); };
-                const auto far = [&](const Vec3d& x) { return light.kind == LightKind::directional ? 1e30 : (light.position + Vec3d(0.5) - x).length(); };
+                const auto toLight = [&](const Vec3d& x) {
+                    return light.kind == LightKind::directional ? Vec3d(-light.direction) : (light.position + Vec3d(0.5) - x).unit();
+                };
+                const auto far = [&](const Vec3d& x) {
+                    return light.kind == LightKind::directional ? 1e30 : (light.position + Vec3d(0.5) - x).length();
+                };
                 const double a = depth(p, toLight(p), far(p)), b = depth(q, toLight(q), far(q)), x = delta + b - a;
                 const Illumination in = illuminate(light, middle - Vec3d(0.5), 0.5);
                 const Reflection f = reflectFibre(makeLobe(material), content.direction, -d, in.L);
-                radiance += T * delta * std::exp(-a) * (std::abs(x) < 1e-9 ? 1 : -std::expm1(-x) / x) * in.weight * light.strength *
-                            (f.diffuse * content.colour + f.specular * material.specular_colour);
+                radiance += T * delta * std::exp(-a) * (std::abs(x) < 1e-9 ? 1 : -std::expm1(-x) / x) * in.weight * light.strength
+                    * (f.diffuse * content.colour + f.specular * material.specular_colour);
             }
             T *= std::exp(-delta);
         }
@@ -353,6 +364,8 @@ TEST(VoxelTree, FibreFactorIsOneInTheMean)
             mean += tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(std::sqrt(1 - y * y), y, 0)) / 20000;
         }
         EXPECT_NEAR(mean, 1, 1e-4) << spread;
-        if (spread == 0) { EXPECT_NEAR(tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(0, 1, 0)), 0, 1e-6); }
+        if (spread == 0) {
+            EXPECT_NEAR(tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(0, 1, 0)), 0, 1e-6);
+        }
     }
 }

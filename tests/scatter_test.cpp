@@ -94,8 +94,7 @@ template <class AreaOf>
 double chiSquare(const std::vector<Placement>& placements, const double values[4][4], double density, const AreaOf& area)
 {
     double count[4][4] = {};
-    for (const Placement& p : placements)
-        ++count[std::min(3, int(p.uv[1] * 4))][std::min(3, int(p.uv[0] * 4))];
+    for (const Placement& p : placements) ++count[std::min(3, int(p.uv[1] * 4))][std::min(3, int(p.uv[0] * 4))];
     double sum = 0;
     for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {

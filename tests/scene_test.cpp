@@ -17,7 +17,8 @@ class SceneFile : public testing::Test {
 protected:
     std::string messageOf(const std::string& text)
     {
-        m_file = fs::path(testing::TempDir()) / (std::string("scene_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml");
+        m_file = fs::path(testing::TempDir())
+            / (std::string("scene_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml");
         std::ofstream(m_file) << text;
         try {
             readScene(m_file);
@@ -37,7 +38,9 @@ TEST_F(SceneFile, namesThatNothingHasAreShownWithTheKnownOnes)
     const std::string box = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fuzz\"\n");
     EXPECT_NE(box.find(":4:"), std::string::npos) << box;
     EXPECT_NE(box.find("the name of a material (fur)"), std::string::npos) << box;
-    const std::string layer = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fur\"\nlevel = [{}]\n[surface.a]\nmesh = \"a.obj\"\n[[layer]]\nbox = \"tuf\"\ndensity = 1\n");
+    const std::string layer =
+        messageOf(std::string(kMaterial)
+                  + "[box.tuft]\nmaterial = \"fur\"\nlevel = [{}]\n[surface.a]\nmesh = \"a.obj\"\n[[layer]]\nbox = \"tuf\"\ndensity = 1\n");
     EXPECT_NE(layer.find("the name of a box (tuft)"), std::string::npos) << layer;
 }
 
@@ -51,7 +54,8 @@ TEST_F(SceneFile, includedMaterialsAndBoxesCanBeUsedAndReplaced)
         return text;
     };
     std::ofstream(other) << kMaterial << "n = 1.3\n" << box("a", "") << box("b", "variants = 7\n");
-    EXPECT_EQ(messageOf("include = \"scene_included.toml\"\n[material.fur]\nkind = \"fibre\"\nn = 2\n" + box("a", "variants = 9\n")), "no error");
+    EXPECT_EQ(messageOf("include = \"scene_included.toml\"\n[material.fur]\nkind = \"fibre\"\nn = 2\n" + box("a", "variants = 9\n")),
+              "no error");
     const Scene scene = readScene(m_file);
     ASSERT_EQ(scene.materials.size(), 1u);
     EXPECT_EQ(scene.materials[0].n, 2);

@@ -35,7 +35,8 @@ void compare(const char* file, MaterialKind kind)
         const Lobe lobe = makeLobe(material(row["material"], kind));
         const Vec3d axis = vec(row["axis"]), V = vec(row["V"]), L = vec(row["L"]);
         for (const double sign : {1.0, -1.0}) { // neither normals nor tangents have a sign
-            const Reflection r = kind == MaterialKind::fibre ? reflectFibre(lobe, sign * axis, V, L) : reflectSurface(lobe, sign * axis, V, L);
+            const Reflection r =
+                kind == MaterialKind::fibre ? reflectFibre(lobe, sign * axis, V, L) : reflectSurface(lobe, sign * axis, V, L);
             if (kind == MaterialKind::surface && axis.dot(V) == 0 && sign < 0) continue; // exactly edge on, the side is arbitrary
             const Vec3d I = r.diffuse * vec(row["material"]["c_b"]) + r.specular * vec(row["material"]["e"]);
             for (int c = 0; c < 3; ++c) EXPECT_NEAR(I[c], row["rgb"][c].get<double>(), 1e-6) << row.dump();
@@ -59,7 +60,7 @@ TEST(Shade, FresnelIsTheDielectricsNormalReflectance)
 {
     EXPECT_NEAR(fresnel(1, 1.5), 0.04, 1e-12);
     EXPECT_EQ(fresnel(0.3, 1), 0);
-    EXPECT_EQ(fresnel(0.1, 0.5), 1);     // beyond the critical angle
+    EXPECT_EQ(fresnel(0.1, 0.5), 1); // beyond the critical angle
     EXPECT_NEAR(fresnel(0, 1.5), 1, 1e-12);
 }
 
@@ -86,7 +87,8 @@ TEST(Shade, IsFiniteEverywhere)
                 for (const Vec3d& a : directions)
                     for (const Vec3d& V : directions)
                         for (const Vec3d& L : directions)
-                            for (const Reflection& r : {reflectFibre(lobe, a, V, L), reflectSurface(lobe, a, V, L), reflectSided(lobe, a, V, L)}) {
+                            for (const Reflection& r :
+                                 {reflectFibre(lobe, a, V, L), reflectSurface(lobe, a, V, L), reflectSided(lobe, a, V, L)}) {
                                 ASSERT_TRUE(std::isfinite(r.diffuse) && std::isfinite(r.specular));
                                 ASSERT_TRUE(r.diffuse >= 0 && r.specular >= 0);
                             }

@@ -160,8 +160,10 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
         Extinction extinction;
         double limit;
     };
-    for (const Case& c : {Case{Filter::box, Integration::exact, Extinction::isotropic, 0.03}, Case{Filter::box, Integration::exact, Extinction::fibre, 0.03},
-                          Case{Filter::trilinear, Integration::exact, Extinction::isotropic, 0.05}, Case{Filter::box, Integration::riemann, Extinction::isotropic, 0.03}}) {
+    for (const Case& c : {Case{Filter::box, Integration::exact, Extinction::isotropic, 0.03},
+                          Case{Filter::box, Integration::exact, Extinction::fibre, 0.03},
+                          Case{Filter::trilinear, Integration::exact, Extinction::isotropic, 0.05},
+                          Case{Filter::box, Integration::riemann, Extinction::isotropic, 0.03}}) {
         RenderParams params;
         params.filter = c.filter;
         params.integration = c.integration;
@@ -169,13 +171,15 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
         params.cutoff = 0;
         const Integrator exact(tree, {Material()}, lights, params);
         Integrator swept(tree, {Material()}, lights, params);
-        const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1), swept.extinction(), swept.darkest(), c.extinction == Extinction::fibre);
+        const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1), swept.extinction(), swept.darkest(),
+                                c.extinction == Extinction::fibre);
         swept.useSweep(sweep);
         Integrator::Scratch a, b;
         double mean = 0, square = 0, bias = 0;
         const int count = 300;
         for (int i = 0; i < count; ++i) {
-            const Vec3d target(random.uniform(-9, 31), random.uniform(0, 40), random.uniform(3, 43)), d = Vec3d(random.normal(), random.normal(), random.normal()).unit();
+            const Vec3d target(random.uniform(-9, 31), random.uniform(0, 40), random.uniform(3, 43)),
+                d = Vec3d(random.normal(), random.normal(), random.normal()).unit();
             const double x = exact.trace(target - 100.0 * d, d, a).radiance[0], y = swept.trace(target - 100.0 * d, d, b).radiance[0];
             mean += x / count;
             bias += (y - x) / count;

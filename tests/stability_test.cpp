@@ -82,19 +82,34 @@ struct Scattered {
 void makeRay(std::uint64_t i, const Vec3d& middle, Vec3d& o, Vec3d& d)
 {
     Random random(hashKey(5, i));
-    const auto grid = [&] { return Vec3d(std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5))); };
+    const auto grid = [&] {
+        return Vec3d(std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5)));
+    };
     o = middle + Vec3d(random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4));
     d = Vec3d(random.normal(), random.normal(), random.normal());
     const int axis = int(random.uniform(0, 3));
     const double away = random.uniform() < 0.5 ? 300 * random.uniform() : 0; // half of them start inside
     switch (i % 8) {
-    case 1: d[axis] = random.uniform() < 0.5 ? 0.0 : -0.0; break;                            // in a plane
-    case 2: d = Vec3d(-0.0), d[axis] = random.uniform() < 0.5 ? 1 : -1; break;               // along an axis
-    case 3: d = Vec3d(0.0), d[axis] = random.uniform() < 0.5 ? 1 : -1, o = middle + grid(); break; // along an edge, from a corner
-    case 4: o[axis] = std::floor(o[axis]), d[axis] = 0; break;                               // in a face
-    case 5: o[axis] = std::floor(o[axis]); break;                                            // from a face or through one
-    case 6: o = middle + grid(), d = Vec3d(random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1); break; // a diagonal through corners
-    default: break;
+    case 1:
+        d[axis] = random.uniform() < 0.5 ? 0.0 : -0.0;
+        break; // in a plane
+    case 2:
+        d = Vec3d(-0.0), d[axis] = random.uniform() < 0.5 ? 1 : -1;
+        break; // along an axis
+    case 3:
+        d = Vec3d(0.0), d[axis] = random.uniform() < 0.5 ? 1 : -1, o = middle + grid();
+        break; // along an edge, from a corner
+    case 4:
+        o[axis] = std::floor(o[axis]), d[axis] = 0;
+        break; // in a face
+    case 5:
+        o[axis] = std::floor(o[axis]);
+        break; // from a face or through one
+    case 6:
+        o = middle + grid(), d = Vec3d(random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1);
+        break; // a diagonal through corners
+    default:
+        break;
     }
     d.normalize();
     if (i % 8 != 3 && i % 8 != 6) o -= away * d;
@@ -129,7 +144,7 @@ TEST(Stability, AMillionRaysMissNoVoxelAndMeetNoneTwice)
         const Scattered scene(origin);
         const VoxelTree tree(scene.volume);
         const double far = origin == openvdb::Coord(0) ? 1 : 1e3, tolerance = 2e-9 * far; // doubles at 1e6 hold 1e-10
-        std::vector<int> index(20 * 20 * 20, -1); // of the voxels in the middle
+        std::vector<int> index(20 * 20 * 20, -1);                                         // of the voxels in the middle
         const auto cell = [&](const openvdb::Coord& p) {
             const openvdb::Coord q = p - origin + openvdb::Coord(10);
             return q[0] < 0 || q[1] < 0 || q[2] < 0 || q[0] > 19 || q[1] > 19 || q[2] > 19 ? -1 : (q[0] * 20 + q[1]) * 20 + q[2];
@@ -190,7 +205,8 @@ TEST(Stability, FarFromTheOriginThePositionInsideAVoxelIsKept)
     double worst = 0, worst_float = 0;
     Random random(3);
     for (int i = 0; i < 1000; ++i) {
-        const Vec3d d = Vec3d(random.normal(), random.normal(), random.normal()).unit(), offset(random.uniform(), random.uniform(), random.uniform());
+        const Vec3d d = Vec3d(random.normal(), random.normal(), random.normal()).unit(),
+                    offset(random.uniform(), random.uniform(), random.uniform());
         const double expected = Cube{Vec3d(0.0), 1, 1}.length(offset - 30.0 * d, d);
         const Vec3d o = at.asVec3d() + offset - 30.0 * d;
         worst = std::max(worst, std::abs(lineIntegral<false>(tree, MarchRay(tree, o, d, kEndless), d, kEndless) - expected));
@@ -223,10 +239,14 @@ TEST(Stability, TheClosedFormHoldsFromThinToThickSteps)
             return Integrator(tree, {material}, lights, params).trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch).radiance[0];
         };
         EXPECT_NEAR(found(Integration::exact) / truth, 1, 1e-12) << x;
-        if (x >= 0.1f) { EXPECT_LT(found(Integration::riemann) / truth, 0.96) << x; }
+        if (x >= 0.1f) {
+            EXPECT_LT(found(Integration::riemann) / truth, 0.96) << x;
+        }
         double plain = 0, light_left = 1; // in doubles, the exponential subtracted
         for (int i = 0; i < 32; ++i, light_left *= std::exp(-double(x))) plain += light_left * (1 - std::exp(-double(x)));
-        if (x <= 1e-8f) { EXPECT_GT(std::abs(0.25 * plain / truth - 1), 1e-10) << x; }
+        if (x <= 1e-8f) {
+            EXPECT_GT(std::abs(0.25 * plain / truth - 1), 1e-10) << x;
+        }
     }
 }
 
@@ -238,7 +258,8 @@ TEST(Stability, LightAlongASegmentNeitherOverflowsNorLosesDigits)
         const double nearest = x > 0 ? a : a + x, rate = std::abs(x), reach = rate > 40 ? 40 / rate : 1;
         constexpr int kSteps = 20000;
         double sum = 0;
-        for (int i = 0; i <= kSteps; ++i) sum += (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) * std::exp(-nearest - rate * reach * i / kSteps);
+        for (int i = 0; i <= kSteps; ++i)
+            sum += (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) * std::exp(-nearest - rate * reach * i / kSteps);
         return sum * reach / (3 * kSteps);
     };
     for (const double a : {0.0, 1.0, 30.0, 650.0, 800.0, 5000.0})
@@ -248,10 +269,10 @@ TEST(Stability, LightAlongASegmentNeitherOverflowsNorLosesDigits)
             EXPECT_TRUE(std::isfinite(found)) << a << " " << x;
             EXPECT_NEAR(found, expected, 1e-9 * expected + 1e-300) << a << " " << x;
         }
-    EXPECT_FALSE(std::isfinite(plain(800, -800)));       // 0 * inf
+    EXPECT_FALSE(std::isfinite(plain(800, -800))); // 0 * inf
     EXPECT_NEAR(segmentLight(800, -800), 1.0 / 800, 1e-9);
-    EXPECT_GT(std::abs(plain(0, 1e-12) - 1), 1e-6);      // 1 - exp(-1e-12)
-    EXPECT_FALSE(std::isfinite(plain(1, 0)));            // 0 / 0
+    EXPECT_GT(std::abs(plain(0, 1e-12) - 1), 1e-6); // 1 - exp(-1e-12)
+    EXPECT_FALSE(std::isfinite(plain(1, 0)));       // 0 / 0
 }
 
 // Shading as printed divides by what may be nothing.
@@ -261,7 +282,7 @@ TEST(Stability, ShadingIsBoundedWhereThePrintedFormIsNot)
         const double g = std::sqrt(n * n + c * c - 1), a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
         return 0.5 * a * a * (1 + b * b);
     };
-    EXPECT_FALSE(std::isfinite(fresnel(0, 1)));    // n = 1, grazing
+    EXPECT_FALSE(std::isfinite(fresnel(0, 1)));     // n = 1, grazing
     EXPECT_FALSE(std::isfinite(fresnel(0.1, 0.5))); // beyond the critical angle
     Material m;
     m.alpha = 0;
@@ -278,10 +299,10 @@ TEST(Stability, ShadingIsBoundedWhereThePrintedFormIsNot)
         for (const double gamma : {0.0, 0.001, 0.5}) {
             m.n = n;
             m.gamma = gamma;
-            bounded({0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, 0);                                        // V = -L, both grazing: |V + L| = 0
-            bounded({0, 0, 1}, Vec3d(1, 0, 1e-9).unit(), Vec3d(-1, 0, 1e-9).unit(), 2e2);        // nearly so
-            bounded({1, 0, 0}, {1, 0, 0}, {1, 0, 0}, 1e2);                                       // along the fibre: acos(1), no normal
-            bounded(Vec3d(1, 1e-8, 0), Vec3d(1 + 1e-7, 0, 0), Vec3d(1 + 1e-7, 1e-9, 0), 1e2);    // lengths rounded above 1
+            bounded({0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, 0);                                     // V = -L, both grazing: |V + L| = 0
+            bounded({0, 0, 1}, Vec3d(1, 0, 1e-9).unit(), Vec3d(-1, 0, 1e-9).unit(), 2e2);     // nearly so
+            bounded({1, 0, 0}, {1, 0, 0}, {1, 0, 0}, 1e2);                                    // along the fibre: acos(1), no normal
+            bounded(Vec3d(1, 1e-8, 0), Vec3d(1 + 1e-7, 0, 0), Vec3d(1 + 1e-7, 1e-9, 0), 1e2); // lengths rounded above 1
         }
     EXPECT_TRUE(std::isnan(std::acos(1 + 1e-7)));
     const auto printed = [](const Vec3d& N, const Vec3d& V, const Vec3d& L) { // G / cos theta_r of (9)
@@ -307,7 +328,8 @@ TEST(Stability, RaysWithoutADirectionSeeNothing)
             params.integration = integration;
             const Integrator integrator(tree, {Material()}, lights, params);
             Integrator::Scratch scratch;
-            for (const Vec3d& d : {Vec3d(0.0), Vec3d(NAN), Vec3d(INFINITY, 0, 0), Vec3d(1e-300, 0, 0)}) EXPECT_EQ(integrator.trace(Vec3d(0.0), d, scratch).transmittance, 1);
+            for (const Vec3d& d : {Vec3d(0.0), Vec3d(NAN), Vec3d(INFINITY, 0, 0), Vec3d(1e-300, 0, 0)})
+                EXPECT_EQ(integrator.trace(Vec3d(0.0), d, scratch).transmittance, 1);
             EXPECT_EQ(integrator.trace(Vec3d(1e12), Vec3d(1, 0, 0), scratch).transmittance, 1); // outside, pointing away
         }
 }
@@ -317,7 +339,11 @@ TEST(Stability, TilesOfEveryLevelBesideLeaves)
 {
     Volume volume = emptyVolume();
     auto& tree = volume.parts[0].density->tree();
-    std::vector<Cube> cubes{{Vec3d(-4096, 0, 0), 4096, 0.0003f}, {Vec3d(0, 128, -128), 128, 0.01f}, {Vec3d(8, -8, 16), 8, 0.2f}, {Vec3d(3, 5, -7), 1, 2.0f}, {Vec3d(-1, -1, -1), 1, 3.0f}};
+    std::vector<Cube> cubes{{Vec3d(-4096, 0, 0), 4096, 0.0003f},
+                            {Vec3d(0, 128, -128), 128, 0.01f},
+                            {Vec3d(8, -8, 16), 8, 0.2f},
+                            {Vec3d(3, 5, -7), 1, 2.0f},
+                            {Vec3d(-1, -1, -1), 1, 3.0f}};
     tree.addTile(3, {-4096, 0, 0}, cubes[0].density, true);
     tree.addTile(2, {0, 128, -128}, cubes[1].density, true);
     tree.addTile(1, {8, -8, 16}, cubes[2].density, true);
@@ -336,7 +362,8 @@ TEST(Stability, TilesOfEveryLevelBesideLeaves)
         const Vec3d o = target - 5000 * random.uniform() * d;
         double expected = 0;
         for (const Cube& c : cubes) expected += double(c.density) * c.length(o, d);
-        ASSERT_NEAR(lineIntegral<false>(packed, MarchRay(packed, o, d, kEndless), d, kEndless), expected, 1e-8 * (1 + expected)) << o << " " << d;
+        ASSERT_NEAR(lineIntegral<false>(packed, MarchRay(packed, o, d, kEndless), d, kEndless), expected, 1e-8 * (1 + expected))
+            << o << " " << d;
         met += expected > 0;
     }
     EXPECT_GE(met, 19990);
@@ -388,7 +415,9 @@ TEST(Stability, TransformsAreHandledOrRefused)
         const openvdb::math::Transform& t = scene.volume.parts[0].density->transform();
         const Vec3d o_world = t.indexToWorld(o - Vec3d(0.5)), d_world = (t.indexToWorld(o + d - Vec3d(0.5)) - o_world).unit();
         if (i % 8 != 0 && i % 8 != 7) continue; // in faces, where rounding decides
-        EXPECT_NEAR(lineIntegral<false>(turned, MarchRay(turned, turned.toCorner(o_world), turned.directionToCorner(d_world), kEndless), d_world, kEndless), expected, 1e-9);
+        EXPECT_NEAR(lineIntegral<false>(turned, MarchRay(turned, turned.toCorner(o_world), turned.directionToCorner(d_world), kEndless),
+                                        d_world, kEndless),
+                    expected, 1e-9);
     }
     openvdb::Mat4d stretch = openvdb::Mat4d::identity();
     stretch.preScale(Vec3d(1, 1, 1.01));

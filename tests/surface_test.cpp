@@ -69,7 +69,7 @@ TEST(Projection, theMapStandsUprightForAnEyeOutside)
     EXPECT_GT(ball.project({0.1, 0, 2})[0], 0.5); // right of the middle for an eye at +Z that looks to -Z
     EXPECT_GT(ball.project({0, 0.1, 2})[1], 0.5);
     const MapProjection flat = projection(ProjectionKind::plane); // seen from +Y, up is +Z
-    EXPECT_LT(flat.project({0.1, 0, 0})[0], 0.5); // an eye above that looks down with +Z up has -X at its right
+    EXPECT_LT(flat.project({0.1, 0, 0})[0], 0.5);                 // an eye above that looks down with +Z up has -X at its right
     EXPECT_GT(flat.project({0, 0, 0.1})[1], 0.5);
 }
 
@@ -154,7 +154,8 @@ TEST(Surface, sheetsComeFromOutsideInward)
     for (int k = 0; k < 300; ++k) {
         Random r(hashKey(3, k));
         // Half of the lines go exactly through corners and edges of the mesh.
-        const Vec2d uv = k % 2 ? Vec2d(r.uniform(), r.uniform()) : Vec2d(std::floor(r.uniform() * 32) / 32, std::floor(r.uniform() * 16) / 16);
+        const Vec2d uv =
+            k % 2 ? Vec2d(r.uniform(), r.uniform()) : Vec2d(std::floor(r.uniform() * 32) / 32, std::floor(r.uniform() * 16) / 16);
         const auto sheets = s.sheets(uv);
         ASSERT_EQ(sheets.size(), 2u) << uv[0] << " " << uv[1];
         EXPECT_GT(sheets[0].position.length(), 0.9);
@@ -215,7 +216,10 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
         for (const auto& t : triangles)
             for (int i = 0; i <= 40; ++i)
                 for (int j = 0; i + j <= 40; ++j)
-                    best = std::min(best, (points[t[0]] + (points[t[1]] - points[t[0]]) * (i / 40.0) + (points[t[2]] - points[t[0]]) * (j / 40.0) - p).length());
+                    best = std::min(
+                        best,
+                        (points[t[0]] + (points[t[1]] - points[t[0]]) * (i / 40.0) + (points[t[2]] - points[t[0]]) * (j / 40.0) - p)
+                            .length());
         const double found = (tree.nearest(p).position - p).length();
         EXPECT_LE(found, best + 1e-12);
         EXPECT_GT(found, best - 0.01);
@@ -229,7 +233,9 @@ TEST(SurfaceWalk, findsWhatTheTreeFindsOnAConvexBody)
     const int rings = 24, across = 40;
     const auto at = [&](int i, int j) {
         const double theta = kPi * std::pow(double(i) / rings, 1.7), phi = 2 * kPi * (j % across) / across;
-        return i == 0 ? Vec3d(0, 1, 0) : i == rings ? Vec3d(0, -1, 0) : Vec3d(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
+        return i == 0    ? Vec3d(0, 1, 0)
+            : i == rings ? Vec3d(0, -1, 0)
+                         : Vec3d(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
     };
     const auto add = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
         const auto n = static_cast<std::int32_t>(m.points.size());

@@ -16,7 +16,8 @@ class TomlReader : public testing::Test {
 protected:
     TableReader open(const std::string& text)
     {
-        m_file = fs::path(testing::TempDir()) / (std::string("toml_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml");
+        m_file =
+            fs::path(testing::TempDir()) / (std::string("toml_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml");
         std::ofstream(m_file) << text;
         return TableReader::open(m_file);
     }
@@ -42,8 +43,9 @@ protected:
 
 TEST_F(TomlReader, readsEveryType)
 {
-    TableReader r = open("number = 2.5\ncount = 3\nwhole = 7\non = true\nword = \"b\"\nvector = [1, 2.5, -3]\nhex = \"#ff8000\"\n"
-                         "span = [1, 2]\nsingle = 4\nlist = [1, 2]\nfile = \"maps/a.png\"\ndirection = [0, 0, 5]\n[t.x]\na = 1\n[[rows]]\n[[rows]]\n");
+    TableReader r =
+        open("number = 2.5\ncount = 3\nwhole = 7\non = true\nword = \"b\"\nvector = [1, 2.5, -3]\nhex = \"#ff8000\"\n"
+             "span = [1, 2]\nsingle = 4\nlist = [1, 2]\nfile = \"maps/a.png\"\ndirection = [0, 0, 5]\n[t.x]\na = 1\n[[rows]]\n[[rows]]\n");
     EXPECT_EQ(r.number({"number", "", ""}, std::nullopt, kAny), 2.5);
     EXPECT_EQ(r.number({"whole", "", ""}, std::nullopt, kAny), 7.0);
     EXPECT_EQ(r.integer({"count", "", ""}, std::nullopt, {0, 10}), 3);
@@ -101,7 +103,9 @@ TEST_F(TomlReader, aMissingKeyNamesItsTable)
 {
     TableReader r = open("[material.fur]\nalpha = 1\n");
     auto tables = r.named({"material", "", ""});
-    expectAll(messageOf([&] { tables.at(0).second.number({"n", "m", "refractive index"}, std::nullopt, kPositive); }),
+    expectAll(messageOf([&] {
+                  tables.at(0).second.number({"n", "m", "refractive index"}, std::nullopt, kPositive);
+              }),
               {".toml:1:", "[material.fur]", "'n' is missing", "refractive index"});
 }
 

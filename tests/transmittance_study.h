@@ -19,7 +19,7 @@ namespace volcomp {
 struct StudyView {
     Vec3d direction, right, up; ///< orthonormal
     double left = 0, bottom = 0, width = 0, height = 0;
-    int columns = 0, rows = 0;  ///< rays, jittered in their cells
+    int columns = 0, rows = 0; ///< rays, jittered in their cells
 
     StudyView(const std::vector<Segment>& segments, const Vec3d& d, int resolution) : direction(d / d.length())
     {
@@ -61,10 +61,13 @@ inline std::vector<float> exactTransmittance(const std::vector<Segment>& segment
         for (int x = 0; x < view.columns; ++x) view.ray(x, y, us[y * view.columns + x], vs[y * view.columns + x]);
     std::vector<float> passes(us.size(), 1.0f);
     for (const Segment& s : segments) {
-        const double a[2] = {Vec3d(s.a).dot(view.right), Vec3d(s.a).dot(view.up)}, b[2] = {Vec3d(s.b).dot(view.right), Vec3d(s.b).dot(view.up)};
+        const double a[2] = {Vec3d(s.a).dot(view.right), Vec3d(s.a).dot(view.up)},
+                     b[2] = {Vec3d(s.b).dot(view.right), Vec3d(s.b).dot(view.up)};
         const double side[2] = {Vec3d(s.side).dot(view.right), Vec3d(s.side).dot(view.up)};
         const double ra = s.size_a, rb = s.size_b;
-        const auto cell = [](double p, double low, double extent, int count) { return static_cast<int>(std::floor((p - low) / extent * count)); };
+        const auto cell = [](double p, double low, double extent, int count) {
+            return static_cast<int>(std::floor((p - low) / extent * count));
+        };
         const int x0 = std::max(0, cell(std::min(a[0] - ra, b[0] - rb), view.left, view.width, view.columns));
         const int x1 = std::min(view.columns - 1, cell(std::max(a[0] + ra, b[0] + rb), view.left, view.width, view.columns));
         const int y0 = std::max(0, cell(std::min(a[1] - ra, b[1] - rb), view.bottom, view.height, view.rows));
@@ -90,7 +93,8 @@ inline std::vector<float> exactTransmittance(const std::vector<Segment>& segment
                 return !(left && right);
             }
             const double pu = u - a[0], pv = v - a[1];
-            if (length <= std::abs(ra - rb)) return pu * pu + pv * pv <= ra * ra || (u - b[0]) * (u - b[0]) + (v - b[1]) * (v - b[1]) <= rb * rb;
+            if (length <= std::abs(ra - rb))
+                return pu * pu + pv * pv <= ra * ra || (u - b[0]) * (u - b[0]) + (v - b[1]) * (v - b[1]) <= rb * rb;
             // hull of two discs: along the axis, moved by the slope of the tangent
             const double sine = (ra - rb) / length, cosine = std::sqrt(1 - sine * sine);
             const double along = (pu * du + pv * dv) / length, across = std::abs(pu * dv - pv * du) / length;
@@ -119,8 +123,11 @@ inline std::vector<float> bakedTransmittance(const Volume& volume, const StudyVi
             view.ray(x, y, u, v);
             const Vec3d p = view.right * u + view.up * v;
             const double middle = p.dot(view.direction);
-            const MarchRay ray(tree, tree.toCorner(p - view.direction * (middle + 1000 * tree.voxelSize())), view.direction, 1e9); // boxes are not rotated
-            const double depth = !ray.hits ? 0 : fibre ? lineIntegral<true>(tree, ray, view.direction, 1e9) : lineIntegral<false>(tree, ray, view.direction, 1e9);
+            const MarchRay ray(tree, tree.toCorner(p - view.direction * (middle + 1000 * tree.voxelSize())), view.direction,
+                               1e9); // boxes are not rotated
+            const double depth = !ray.hits ? 0
+                : fibre                    ? lineIntegral<true>(tree, ray, view.direction, 1e9)
+                                           : lineIntegral<false>(tree, ray, view.direction, 1e9);
             result[static_cast<std::size_t>(y * view.columns + x)] = static_cast<float>(std::exp(-depth * tree.voxelSize()));
         }
     return result;
@@ -135,12 +142,14 @@ struct StudyError {
 /// Blocks of the grid are `block` wide; those where nothing stands in either picture are not counted, neither here nor there.
 inline StudyError compare(const std::vector<float>& exact, const std::vector<float>& baked, const StudyView& view, double block)
 {
-    const int n = std::max(1, static_cast<int>(std::round(view.width / block))), m = std::max(1, static_cast<int>(std::round(view.height / block)));
+    const int n = std::max(1, static_cast<int>(std::round(view.width / block))),
+              m = std::max(1, static_cast<int>(std::round(view.height / block)));
     std::vector<double> e(static_cast<std::size_t>(n * m)), b(e.size());
     std::vector<int> count(e.size());
     for (int y = 0; y < view.rows; ++y)
         for (int x = 0; x < view.columns; ++x) {
-            const std::size_t at = static_cast<std::size_t>((y * m / view.rows) * n + x * n / view.columns), i = static_cast<std::size_t>(y * view.columns + x);
+            const std::size_t at = static_cast<std::size_t>((y * m / view.rows) * n + x * n / view.columns),
+                              i = static_cast<std::size_t>(y * view.columns + x);
             e[at] += exact[i];
             b[at] += baked[i];
             ++count[at];

@@ -167,7 +167,8 @@ TEST_F(VdbIo, severalMaterialsKeepTheirGridsAndSumForOthers)
     file.open();
     const auto sum = openvdb::gridPtrCast<FloatGrid>(file.readGrid("density"));
     for (auto v = sum->cbeginValueOn(); v; ++v) {
-        const float wanted = volume.parts[0].density->tree().getValue(v.getCoord()) + volume.parts[1].density->tree().getValue(v.getCoord());
+        const float wanted =
+            volume.parts[0].density->tree().getValue(v.getCoord()) + volume.parts[1].density->tree().getValue(v.getCoord());
         EXPECT_NEAR(*v, wanted, wanted / 2000);
     }
 }
@@ -238,7 +239,8 @@ TEST_F(VdbIo, everyTruncationIsAnError)
         fs::resize_file(path("cut.vdb"), length);
         const std::string message = messageOf([&] { readVolume(path("cut.vdb")); });
         EXPECT_NE(message.find("cut.vdb"), std::string::npos) << "cut at " << length << " of " << size << ": " << message;
-        EXPECT_NE(messageOf([&] { readVoxelTree(path("cut.vdb")); }).find("cut.vdb"), std::string::npos) << "cut at " << length << " of " << size;
+        EXPECT_NE(messageOf([&] { readVoxelTree(path("cut.vdb")); }).find("cut.vdb"), std::string::npos)
+            << "cut at " << length << " of " << size;
     }
 }
 
@@ -277,7 +279,8 @@ TEST_F(VdbIo, badGridsAreNamed)
 
     auto stretched = FloatGrid::create(0.0f);
     stretched->setName("density");
-    stretched->setTransform(openvdb::math::Transform::createLinearTransform(openvdb::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
+    stretched->setTransform(
+        openvdb::math::Transform::createLinearTransform(openvdb::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
     writeGrids(path("stretched.vdb"), {stretched});
     EXPECT_NE(messageOf([&] { readVolume(path("stretched.vdb")); }).find("cubic voxels"), std::string::npos);
 }

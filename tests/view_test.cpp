@@ -72,8 +72,8 @@ TEST(View, boxesOutOfThePictureAreCulledUnlessTheyThrowAShadowIntoIt)
 {
     const Camera c = above(5); // sees about x, z within 1.8
     std::vector<Placement> p(4);
-    p[1].position = Vec3d(10, 0, 0);      // outside
-    p[2].position = Vec3d(0, 20, 0);      // behind the eye, but between the light and the picture
+    p[1].position = Vec3d(10, 0, 0); // outside
+    p[2].position = Vec3d(0, 20, 0); // behind the eye, but between the light and the picture
     p[3].position = Vec3d(1.7, 0, 0);
     Light sun;
     sun.direction = Vec3d(0, -1, 0);

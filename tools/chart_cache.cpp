@@ -81,7 +81,8 @@ ChartCache::ChartCache(Tool& tool, const Scene& scene, fs::path directory) : m_t
 {
     std::set<fs::path> seen;
     m_scene_key = hex(hashFiles(fs::canonical(scene.file), seen));
-    for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"}) m_program_key.push_back(hex(hashText(1, readBytes(ownDirectory() / program))));
+    for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"})
+        m_program_key.push_back(hex(hashText(1, readBytes(ownDirectory() / program))));
     fs::create_directories(m_directory);
 }
 
@@ -114,7 +115,8 @@ fs::path ChartCache::volume(double voxel)
         std::ofstream(boxes / "done").flush();
     }
     const double seconds = m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
-        return runOwn({"volcomp-compose", m_scene.file.string(), "--boxes", boxes.string(), "--voxel", fmt::format("{:.17g}", voxel), "-o", file.string()});
+        return runOwn({"volcomp-compose", m_scene.file.string(), "--boxes", boxes.string(), "--voxel", fmt::format("{:.17g}", voxel), "-o",
+                       file.string()});
     });
     writeJson(figures, {{"key", what["key"]}, {"cpu_seconds", seconds}});
     return file;
@@ -164,7 +166,8 @@ Measured ChartCache::render(const std::string& name, double voxel, const RenderP
             Measured best;
             for (int run = 0; run < 3; ++run) { // short ones are measured again
                 const double start = cpuSeconds();
-                best.image = volcomp::render(volume, m_scene.materials, m_scene.camera, lights ? m_scene.lights : std::vector<Light>(), params, progress);
+                best.image = volcomp::render(volume, m_scene.materials, m_scene.camera, lights ? m_scene.lights : std::vector<Light>(),
+                                             params, progress);
                 const double seconds = cpuSeconds() - start;
                 best.cpu_seconds = run == 0 ? seconds : std::min(best.cpu_seconds, seconds);
                 if (seconds > 1) break;

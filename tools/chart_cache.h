@@ -16,7 +16,7 @@ namespace volcomp {
 
 struct Measured {
     Image image;
-    double cpu_seconds = 0;   ///< user and system, all threads
+    double cpu_seconds = 0; ///< user and system, all threads
 };
 
 /// Renders the volumes of one scene and remembers the pictures and times. A result is used again while everything it depends on is the same: the scene

@@ -36,11 +36,17 @@ std::uint64_t hashOf(const std::vector<T>& values)
 json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
 {
     const Camera& c = scene.camera;
-    json print = {{"version", VOLCOMP_VERSION}, {"volume", volumeIdentifier(volume)}, {"settings", settingsOf(scene.render)},
-                  {"camera", {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view, c.width}}, {"lights", json::array()}, {"materials", json::array()}};
+    json print = {{"version", VOLCOMP_VERSION},
+                  {"volume", volumeIdentifier(volume)},
+                  {"settings", settingsOf(scene.render)},
+                  {"camera", {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view, c.width}},
+                  {"lights", json::array()},
+                  {"materials", json::array()}};
     for (const Light& l : scene.lights)
-        print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position), toJson(l.strength), l.angle, l.soft_angle});
-    for (const Material& m : scene.materials) print["materials"].push_back({m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});
+        print["lights"].push_back(
+            {l.name, int(l.kind), toJson(l.direction), toJson(l.position), toJson(l.strength), l.angle, l.soft_angle});
+    for (const Material& m : scene.materials)
+        print["materials"].push_back({m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});
     return print;
 }
 
@@ -49,7 +55,8 @@ void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
         std::ofstream stream(temporary, std::ios::binary);
         const std::string text = fingerprint.dump();
-        const std::uint64_t head[] = {kMagic, text.size(), state.sums.size(), state.samples.size(), hashOf(state.sums) ^ hashOf(state.samples)};
+        const std::uint64_t head[] = {kMagic, text.size(), state.sums.size(), state.samples.size(),
+                                      hashOf(state.sums) ^ hashOf(state.samples)};
         stream.write(reinterpret_cast<const char*>(head), sizeof head);
         stream.write(text.data(), std::streamsize(text.size()));
         stream.write(reinterpret_cast<const char*>(state.sums.data()), std::streamsize(state.sums.size() * sizeof(double)));
@@ -60,13 +67,17 @@ void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
 
 RenderState readCheckpoint(const std::filesystem::path& file, const json& fingerprint)
 {
-    const auto damaged = [&] { return fileError(file, "", "the state of a stopped render", "a damaged or foreign file", "Remove it and render without --resume."); };
+    const auto damaged = [&] {
+        return fileError(file, "", "the state of a stopped render", "a damaged or foreign file", "Remove it and render without --resume.");
+    };
     std::ifstream stream(file, std::ios::binary);
     std::uint64_t head[5] = {};
     stream.read(reinterpret_cast<char*>(head), sizeof head);
     std::error_code code;
     const std::uintmax_t size = std::filesystem::file_size(file, code);
-    if (code || !stream || head[0] != kMagic || head[1] > size || head[2] > size || head[3] > size || sizeof head + head[1] + 8 * head[2] + 4 * head[3] != size) throw damaged();
+    if (code || !stream || head[0] != kMagic || head[1] > size || head[2] > size || head[3] > size
+        || sizeof head + head[1] + 8 * head[2] + 4 * head[3] != size)
+        throw damaged();
     std::string text(head[1], ' ');
     RenderState state;
     state.sums.resize(head[2]);
@@ -87,7 +98,8 @@ RenderState readCheckpoint(const std::filesystem::path& file, const json& finger
                     expected = fmt::format("{} = {}", name, setting.dump());
                     found = other.value(name, json()).dump();
                 }
-        throw fileError(file, "", "the state of this very render (" + expected + ")", found, "Go on with the settings and files it was begun with, or render without --resume.");
+        throw fileError(file, "", "the state of this very render (" + expected + ")", found,
+                        "Go on with the settings and files it was begun with, or render without --resume.");
     }
     return state;
 }

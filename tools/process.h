@@ -8,9 +8,9 @@
 namespace volcomp {
 
 struct ProcessResult {
-    int status = 0;          ///< of its exit; 128 + the signal where one ended it
-    double cpu_seconds = 0;  ///< user and system
-    std::string output;      ///< stdout and stderr, unless they were shown
+    int status = 0;         ///< of its exit; 128 + the signal where one ended it
+    double cpu_seconds = 0; ///< user and system
+    std::string output;     ///< stdout and stderr, unless they were shown
 };
 
 /// Runs a program and waits for it. A name without a slash is looked for in PATH. With `shown`, its output goes where ours goes.

@@ -21,10 +21,7 @@
 namespace volcomp {
 namespace {
 
-double wallSeconds()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double wallSeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 double cpuSeconds()
 {
@@ -122,7 +119,8 @@ Progress Tool::Stage::progress()
             if (now - m_shown < 0.1) return;
             m_shown = now;
             const int full = static_cast<int>(30 * fraction);
-            std::cerr << fmt::format("\r\033[K{} [{}{}] {:3.0f} %", m_name, std::string(full, '#'), std::string(30 - full, '.'), 100 * fraction)
+            std::cerr << fmt::format("\r\033[K{} [{}{}] {:3.0f} %", m_name, std::string(full, '#'), std::string(30 - full, '.'),
+                                     100 * fraction)
                       << std::flush;
         } else if (now - m_shown > 5) { // plain lines, for logs
             m_shown = now;

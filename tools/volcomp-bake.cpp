@@ -15,7 +15,8 @@ using namespace volcomp;
 
 int main(int argc, char** argv)
 {
-    Tool tool("volcomp-bake", "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... DIR/NAME_N.vdb for each [box.NAME].");
+    Tool tool("volcomp-bake",
+              "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... DIR/NAME_N.vdb for each [box.NAME].");
     std::filesystem::path scene_file, directory, sheet;
     std::vector<std::string> only;
     tool.app.add_option("scene", scene_file, "Scene file (TOML)")->required()->type_name("SCENE");
@@ -37,15 +38,18 @@ int main(int argc, char** argv)
             double voxel = 0;
             tool.stage("bake " + primitive.name, [&](const Progress& progress) {
                 for (int variant = 0; variant < primitive.variants; ++variant) {
-                    const Box box = bake(primitive, scene.materials, variant, [&](double f) { report(progress, (variant + f) / primitive.variants); });
+                    const Box box =
+                        bake(primitive, scene.materials, variant, [&](double f) { report(progress, (variant + f) / primitive.variants); });
                     for (const VolumePart& part : box.volume.parts) voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
-                    writeVolume(directory / fmt::format("{}_{}.vdb", primitive.name, variant + 1), box.volume, boxMetadata(primitive, variant));
+                    writeVolume(directory / fmt::format("{}_{}.vdb", primitive.name, variant + 1), box.volume,
+                                boxMetadata(primitive, variant));
                     if (!sheet.empty()) tiles.push_back(pictureOf(box, scene.materials, scene.render));
                 }
             });
             tool.stats["boxes"][primitive.name] = {{"variants", primitive.variants}, {"voxels", voxels}, {"voxel", voxel}};
-            tool.say(fmt::format("{}: {} of {} voxels of {:.4g} m", primitive.name, primitive.variants == 1 ? "1 box" : fmt::format("{} boxes", primitive.variants), voxels, voxel));
+            tool.say(fmt::format("{}: {} of {} voxels of {:.4g} m", primitive.name,
+                                 primitive.variants == 1 ? "1 box" : fmt::format("{} boxes", primitive.variants), voxels, voxel));
         }
         if (!sheet.empty()) writeImage(sheet, sheetOf(tiles), {});
     });

@@ -42,16 +42,20 @@ constexpr int kSamples = 4; ///< of most rows; at that number errors are also ta
 std::vector<Row> radianceRows()
 {
     std::vector<Row> rows;
-    const auto add = [&](const std::string& name, const std::string& family, std::function<void(RenderParams&)> change) { rows.push_back({name, family, std::move(change)}); };
+    const auto add = [&](const std::string& name, const std::string& family, std::function<void(RenderParams&)> change) {
+        rows.push_back({name, family, std::move(change)});
+    };
     for (const int samples : {1, 4, 16})
         add(fmt::format("sweep, {}", samples), "box, sweep", [=](RenderParams& p) { p.samples = samples; });
     for (const int samples : {1, 4, 16})
-        add(fmt::format("rays, {}", samples), "box, shadow rays", [=](RenderParams& p) { p.samples = samples, p.shadows = Shadows::exact; });
+        add(fmt::format("rays, {}", samples), "box, shadow rays",
+            [=](RenderParams& p) { p.samples = samples, p.shadows = Shadows::exact; });
     for (const int samples : {1, 4, 16})
         add(fmt::format("trilinear, {}", samples), "trilinear, shadow rays",
             [=](RenderParams& p) { p.samples = samples, p.shadows = Shadows::exact, p.filter = Filter::trilinear; });
     for (const int samples : {1, 4, 16})
-        add(fmt::format("trilinear sweep, {}", samples), "trilinear, sweep", [=](RenderParams& p) { p.samples = samples, p.filter = Filter::trilinear; });
+        add(fmt::format("trilinear sweep, {}", samples), "trilinear, sweep",
+            [=](RenderParams& p) { p.samples = samples, p.filter = Filter::trilinear; });
     for (const double step : {2.0, 1.0, 0.5})
         add(fmt::format("riemann, step {:g}, 4", step), "riemann, shadow rays",
             [=](RenderParams& p) { p.integration = Integration::riemann, p.step = step, p.shadows = Shadows::exact; });
@@ -80,15 +84,16 @@ std::vector<Row> transmittanceRows()
     std::vector<Row> rows{{"exact, box", "exact", [](RenderParams&) {}},
                           {"exact, trilinear", "exact", [](RenderParams& p) { p.filter = Filter::trilinear; }}};
     for (const double step : {2.0, 1.0, 0.5, 0.25})
-        rows.push_back({fmt::format("{:g}", step), "riemann, box", [=](RenderParams& p) { p.integration = Integration::riemann, p.step = step; }});
+        rows.push_back(
+            {fmt::format("{:g}", step), "riemann, box", [=](RenderParams& p) { p.integration = Integration::riemann, p.step = step; }});
     for (const double step : {2.0, 1.0, 0.5, 0.25, 0.125})
         rows.push_back({fmt::format("{:g}", step), "riemann, trilinear",
                         [=](RenderParams& p) { p.integration = Integration::riemann, p.filter = Filter::trilinear, p.step = step; }});
     return rows;
 }
 
-const std::vector<double> kPeerSteps{2, 1, 0.5, 0.25};                                ///< of vdb_render
-const std::vector<double> kVoxelFactors{0.35, 0.5, 0.71, 1, 1.41, 2, 2.83, 4};        ///< of the scene's voxel; the first is the truth
+const std::vector<double> kPeerSteps{2, 1, 0.5, 0.25};                         ///< of vdb_render
+const std::vector<double> kVoxelFactors{0.35, 0.5, 0.71, 1, 1.41, 2, 2.83, 4}; ///< of the scene's voxel; the first is the truth
 
 // -------------------------------------------------------------------------------------------------------------------
 
@@ -96,7 +101,7 @@ struct Result {
     Row row;
     nlohmann::json settings;
     double error, cpu_seconds;
-    double method_error = -1;   ///< without that of sampling; below 0: not known
+    double method_error = -1; ///< without that of sampling; below 0: not known
 };
 
 /// Root mean square difference over all pixels and the channels, relative to the reference's mean.
@@ -123,16 +128,43 @@ double relativeError(const Image& image, const Image& reference, const std::vect
 }
 
 /// vdb_render's absorption through the same camera. Its coefficients are per voxel; loading is taken off by a picture of one pixel.
-Measured vdbRender(const Scene& scene, const RenderParams& params, const fs::path& volume, double voxel, double step, const fs::path& scratch)
+Measured vdbRender(const Scene& scene, const RenderParams& params, const fs::path& volume, double voxel, double step,
+                   const fs::path& scratch)
 {
     const auto vector = [](const Vec3d& v) { return fmt::format("{:.9g},{:.9g},{:.9g}", v[0], v[1], v[2]); };
     const Camera& camera = scene.camera;
     const auto run = [&](int width, int height) {
-        std::vector<std::string> command{"vdb_render", volume.string(), scratch.string(), "-name", "density", "-cpus", "1", "-res", fmt::format("{}x{}", width, height),
-                                         "-translate", vector(camera.eye), "-lookat", vector(camera.target), "-up", vector(camera.up), "-gain", "0",
-                                         "-absorb", vector(Vec3d(params.tau * voxel)), "-scatter", "0,0,0", "-step", fmt::format("{:g}", step),
-                                         "-shadowstep", "1000000", "-cutoff", "1e-6", "-compression", "none"};
-        if (camera.projection == Projection::perspective) command.insert(command.end(), {"-fov", fmt::format("{:.9g}", camera.field_of_view * 180 / kPi)});
+        std::vector<std::string> command{"vdb_render",
+                                         volume.string(),
+                                         scratch.string(),
+                                         "-name",
+                                         "density",
+                                         "-cpus",
+                                         "1",
+                                         "-res",
+                                         fmt::format("{}x{}", width, height),
+                                         "-translate",
+                                         vector(camera.eye),
+                                         "-lookat",
+                                         vector(camera.target),
+                                         "-up",
+                                         vector(camera.up),
+                                         "-gain",
+                                         "0",
+                                         "-absorb",
+                                         vector(Vec3d(params.tau * voxel)),
+                                         "-scatter",
+                                         "0,0,0",
+                                         "-step",
+                                         fmt::format("{:g}", step),
+                                         "-shadowstep",
+                                         "1000000",
+                                         "-cutoff",
+                                         "1e-6",
+                                         "-compression",
+                                         "none"};
+        if (camera.projection == Projection::perspective)
+            command.insert(command.end(), {"-fov", fmt::format("{:.9g}", camera.field_of_view * 180 / kPi)});
         else command.insert(command.end(), {"-camera", "ortho", "-frame", fmt::format("{:.9g}", camera.width)});
         const ProcessResult result = runProcess(command);
         if (result.status != 0 || !fs::exists(scratch)) throw Error("vdb_render failed:\n" + result.output);
@@ -212,7 +244,9 @@ std::string choiceTable(const std::string& title, const std::vector<ChartPoint>&
     std::string text = "| " + title + ": error at most | choose | error | CPU seconds |\n|---|---|---|---|\n";
     for (const double limit : {1e-1, 1e-2, 1e-3, 1e-4}) {
         const int best = cheapestWithin(points, limit);
-        if (best >= 0) text += fmt::format("| {:g} | {} | {} | {:.2f} |\n", limit, points[best].name, points[best].y < kLeastError ? "below 1e-6" : fmt::format("{:.2g}", points[best].y), points[best].x);
+        if (best >= 0)
+            text += fmt::format("| {:g} | {} | {} | {:.2f} |\n", limit, points[best].name,
+                                points[best].y < kLeastError ? "below 1e-6" : fmt::format("{:.2g}", points[best].y), points[best].x);
         else text += fmt::format("| {:g} | none of these | | |\n", limit);
     }
     return text;
@@ -225,9 +259,10 @@ std::string choiceTables(const std::vector<Result>& radiance, const std::vector<
         all.push_back({r.row.name, r.cpu_seconds, r.error});
         if (r.method_error >= 0) method.push_back({r.row.name, r.cpu_seconds, r.method_error});
     }
-    for (const Result& r : transmittance) depth.push_back({(r.row.family == "exact" ? "" : r.row.family + ", step ") + r.row.name, r.cpu_seconds, r.error});
-    return choiceTable("radiance, sampling included", all) + "\n" + choiceTable("radiance, the same rays as the reference", method) + "\n" +
-           choiceTable("transmittance at pixel centres", depth);
+    for (const Result& r : transmittance)
+        depth.push_back({(r.row.family == "exact" ? "" : r.row.family + ", step ") + r.row.name, r.cpu_seconds, r.error});
+    return choiceTable("radiance, sampling included", all) + "\n" + choiceTable("radiance, the same rays as the reference", method) + "\n"
+        + choiceTable("transmittance at pixel centres", depth);
 }
 
 void writeText(const fs::path& file, const std::string& text)
@@ -277,7 +312,8 @@ void run(Tool& tool, const Options& options)
     base.cutoff = 0.001;
     base.samples = kSamples;
     const double voxel = sceneVoxel(scene, base.width, base.height);
-    tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}", base.width, base.height, voxel, (options.directory / "cache").string()));
+    tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}", base.width, base.height, voxel,
+                         (options.directory / "cache").string()));
     ChartCache cache(tool, scene, options.directory / "cache");
     std::string csv = "panel,name,family,cpu_seconds,error,error_without_sampling,settings\n";
     const auto note = [&](const char* panel, const std::vector<Result>& results) {
@@ -289,7 +325,8 @@ void run(Tool& tool, const Options& options)
         }
     };
 
-    const Image reference = cache.render(fmt::format("reference, {} samples", options.samples), voxel, radianceReference(base, options.samples)).image;
+    const Image reference =
+        cache.render(fmt::format("reference, {} samples", options.samples), voxel, radianceReference(base, options.samples)).image;
     const Image same_rays = cache.render("reference, 4 samples", voxel, radianceReference(base, kSamples)).image;
     const std::vector<std::string> rgb{"R", "G", "B"};
     std::vector<Result> radiance;
@@ -324,12 +361,14 @@ void run(Tool& tool, const Options& options)
     if (hasProgram("vdb_render")) {
         for (const double step : kPeerSteps) {
             const Row row{fmt::format("{:g}", step), "vdb_render", {}};
-            const Measured m = cache.remember("vdb_render " + row.name, {{"peer", "vdb_render"}, {"voxel", voxel}, {"step", step}, {"width", centre.width}, {"tau", base.tau}}, [&] {
-                const fs::path volume = cache.volume(voxel);
-                return tool.stage("vdb_render, step " + row.name, [&](const Progress&) {
-                    return vdbRender(scene, centre, volume, voxel, step, options.directory / "cache" / "vdb_render.exr");
-                });
-            });
+            const Measured m =
+                cache.remember("vdb_render " + row.name,
+                               {{"peer", "vdb_render"}, {"voxel", voxel}, {"step", step}, {"width", centre.width}, {"tau", base.tau}}, [&] {
+                                   const fs::path volume = cache.volume(voxel);
+                                   return tool.stage("vdb_render, step " + row.name, [&](const Progress&) {
+                                       return vdbRender(scene, centre, volume, voxel, step, options.directory / "cache" / "vdb_render.exr");
+                                   });
+                               });
             transmittance.push_back({row, {{"step", step}}, relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
         }
     } else tool.say("vdb_render is not installed (libopenvdb-tools): the chart goes without it");
@@ -365,11 +404,13 @@ void run(Tool& tool, const Options& options)
         note("voxel", by_voxel);
     }
 
-    std::vector<ChartPanel> panels{timeAgainstError(fmt::format("{}: radiance, against trilinear, shadow rays, {} samples per pixel (names end in the samples per pixel)",
-                                                                options.scene.stem().string(), options.samples),
-                                                    "relative error (RMSE / mean)", radiance, false),
-                                   timeAgainstError("Transmittance, against exact trilinear (steps)", "relative error (RMSE / mean)", transmittance, true), sizes,
-                                   stabilityPanel()};
+    std::vector<ChartPanel> panels{
+        timeAgainstError(
+            fmt::format("{}: radiance, against trilinear, shadow rays, {} samples per pixel (names end in the samples per pixel)",
+                        options.scene.stem().string(), options.samples),
+            "relative error (RMSE / mean)", radiance, false),
+        timeAgainstError("Transmittance, against exact trilinear (steps)", "relative error (RMSE / mean)", transmittance, true), sizes,
+        stabilityPanel()};
     panels[1].key = "bottom left";
     panels[2].key = "top center";
     panels[3].key = "at graph 0.05, graph 0.4 left top";
@@ -388,12 +429,21 @@ void run(Tool& tool, const Options& options)
 
 int main(int argc, char** argv)
 {
-    Tool tool("volcomp-chart", "Measures time and error of the methods and settings on a scene, and draws the chart. Bakes and composes what it needs.");
+    Tool tool("volcomp-chart",
+              "Measures time and error of the methods and settings on a scene, and draws the chart. Bakes and composes what it needs.");
     Options options;
     tool.app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
-    tool.app.add_option("-o,--output", options.directory, "Directory for chart.svg, chart.png, results.csv, table.md and what was measured (cache/)")->required()->type_name("DIR");
-    tool.app.add_option("--width", options.width, "Width of the pictures, pixels; voxels follow from it as in the scene")->capture_default_str()->check(CLI::Range(16, 32768));
-    tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")->capture_default_str()->check(CLI::Range(1, 65536));
+    tool.app
+        .add_option("-o,--output", options.directory,
+                    "Directory for chart.svg, chart.png, results.csv, table.md and what was measured (cache/)")
+        ->required()
+        ->type_name("DIR");
+    tool.app.add_option("--width", options.width, "Width of the pictures, pixels; voxels follow from it as in the scene")
+        ->capture_default_str()
+        ->check(CLI::Range(16, 32768));
+    tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 65536));
     tool.app.add_flag("!--no-voxels", options.voxels, "Leave out the chart of voxel sizes, which composes eight volumes");
     return tool.main(argc, argv, [&] { run(tool, options); });
 }
