@@ -199,6 +199,7 @@ private:
         Random random(hashKey(key, 0));
         const int count = drawCount(level.count, random);
         std::vector<Vec3d> centres;
+        centres.reserve(static_cast<std::size_t>(level.clumps));
         for (int k = 0; k < level.clumps; ++k) centres.push_back(groundPoint(level.spread, k, level.clumps, random));
         std::vector<Strand> strands(static_cast<std::size_t>(count));
         for (int k = 0; k < count; ++k) {
