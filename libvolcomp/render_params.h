@@ -2,6 +2,7 @@
 #pragma once
 
 #include "vec.h"
+#include "words.h"
 
 namespace volcomp {
 
@@ -13,6 +14,14 @@ enum class Extinction { isotropic, fibre };
 enum class Shadows { exact, sweep, none };
 enum class Undirected { isotropic, gradient }; ///< how a voxel without direction is shaded (MODEL section 4)
 enum class PixelFilter { box, gaussian, blackman_harris };
+
+constexpr Word<Integration> kIntegrationWords[] = {{"exact", Integration::exact}, {"riemann", Integration::riemann}};
+constexpr Word<Filter> kFilterWords[] = {{"box", Filter::box}, {"trilinear", Filter::trilinear}};
+constexpr Word<Extinction> kExtinctionWords[] = {{"isotropic", Extinction::isotropic}, {"fibre", Extinction::fibre}};
+constexpr Word<Shadows> kShadowsWords[] = {{"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}};
+constexpr Word<Undirected> kUndirectedWords[] = {{"isotropic", Undirected::isotropic}, {"gradient", Undirected::gradient}};
+constexpr Word<PixelFilter> kPixelFilterWords[] = {
+    {"box", PixelFilter::box}, {"gaussian", PixelFilter::gaussian}, {"blackman-harris", PixelFilter::blackman_harris}};
 
 /// A rectangle of pixels from the picture's top left corner. Empty (width 0): all of it.
 struct Crop {

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <filesystem>
-#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "vec.h"
+#include "words.h"
 
 namespace volcomp {
 
@@ -73,8 +73,8 @@ public:
     std::pair<double, double> span(const Key&, std::optional<std::pair<double, double>> fallback, Interval range);
 
     /// One of a list of words.
-    template <class E>
-    E choice(const Key& key, std::optional<E> fallback, std::initializer_list<std::pair<const char*, E>> words)
+    template <class E, std::size_t N>
+    E choice(const Key& key, std::optional<E> fallback, const Word<E> (&words)[N])
     {
         std::vector<std::string> names;
         std::optional<int> index;
@@ -82,7 +82,7 @@ public:
             if (fallback && value == *fallback) index = static_cast<int>(names.size());
             names.push_back(name);
         }
-        return (words.begin() + word(key, index, names))->second;
+        return words[word(key, index, names)].second;
     }
 
     /// A sub-table. Absent: an empty one, whose required keys then fail (use has() where the table is optional).
