@@ -1,4 +1,4 @@
-// Volumes in VDB files that other programs understand: fog volumes named `density`, `tangentu` or `N`, and `Cd`.
+// Volumes in VDB files that other programs understand: fog volumes named `density`, `tangentu` or `N`, and `Cd` (or `color`).
 //
 // A volume of one material has those names; with several, each part's grids carry the material's name behind an underscore
 // (`density_bark`, `N_bark`, `Cd_bark`) and a further grid `density` is their sum, for other programs. A direction or colour
@@ -18,16 +18,26 @@
 
 #include "packed_volume.h"
 #include "progress.h"
+#include "words.h"
 
 namespace volcomp {
 
 class VoxelTree;
 
+/// Whose names the grids of a file have. Only the colour differs; all are read.
+enum class GridNames {
+    houdini, ///< `Cd`
+    blender  ///< `color`
+};
+constexpr Word<GridNames> kGridNamesWords[] = {{"houdini", GridNames::houdini}, {"blender", GridNames::blender}};
+
 /// Writes the volume; the file appears under its name when it is complete. `extra` is added to the file's metadata.
 /// Active tiles become voxels, and values of inactive voxels are dropped. Leaves are compressed in parallel; their bytes do not depend on the number of threads.
 /// Throws Error where the file cannot be written or the volume has no parts.
-void writeVolume(const std::filesystem::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra = {});
-void writeVolume(const std::filesystem::path& file, const Volume& volume, const openvdb::MetaMap& extra = {});
+void writeVolume(const std::filesystem::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra = {},
+                 GridNames names = GridNames::houdini);
+void writeVolume(const std::filesystem::path& file, const Volume& volume, const openvdb::MetaMap& extra = {},
+                 GridNames names = GridNames::houdini);
 
 /// Reads a volume, also one that no tool of ours made: a lone `density` grid is enough; directions in such a file are
 /// normalised. With `delayed`, leaves are read from the file when they are first touched, values are not checked here but left to

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "material.h"
+#include "vdb_io.h"
 
 namespace volcomp {
 
@@ -11,5 +12,6 @@ constexpr const char* kColour = "volcomp_colour";
 constexpr const char* kDirection = "volcomp_direction";
 
 inline const char* directionName(MaterialKind kind) { return kind == MaterialKind::fibre ? "tangentu" : "N"; }
+inline const char* colourName(GridNames names) { return names == GridNames::houdini ? "Cd" : "color"; }
 
 } // namespace volcomp

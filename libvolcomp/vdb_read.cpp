@@ -236,8 +236,9 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
     else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection)) {
         part.direction = sharedDirection(*part.density, *shared, reader.delayed());
     }
-    for (const char* name : {"Cd", "color"})
-        if (!part.colour && reader.has(name + suffix)) part.colour = readVectors(reader, name + suffix, *part.density, false);
+    for (const GridNames names : {GridNames::houdini, GridNames::blender})
+        if (const std::string name = colourName(names) + suffix; !part.colour && reader.has(name))
+            part.colour = readVectors(reader, name, *part.density, false);
     if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour)) part.uniform_colour = *colour;
     return part;
 }

@@ -77,7 +77,7 @@ public:
         constexpr std::size_t kLeaves = 512; // of a task
         const std::uint32_t compression = openvdb::io::getDataCompression(out);
         std::size_t next = 0;
-        const auto tokens = static_cast<std::size_t>(4 * tbb::this_task_arena::max_concurrency());
+        const auto tokens = 4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
         tbb::parallel_pipeline(tokens,
                                tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) {
                                    const std::size_t first = next;
@@ -211,7 +211,7 @@ void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolu
 }
 
 /// `sum` is looked at while the grids are written, and so is the volume.
-openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum)
+openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNames names)
 {
     openvdb::GridPtrVec grids;
     const bool several = volume.parts.size() > 1;
@@ -232,7 +232,8 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum)
         if (part.has_direction)
             addVectors(grids, *density, volume, part, &PackedPart::direction, directionName(part.kind) + suffix, kDirection,
                        part.kind == MaterialKind::fibre ? openvdb::VEC_CONTRAVARIANT_RELATIVE : openvdb::VEC_COVARIANT_NORMALIZE);
-        if (part.has_colour) addVectors(grids, *density, volume, part, &PackedPart::colour, "Cd" + suffix, kColour, openvdb::VEC_INVARIANT);
+        if (part.has_colour)
+            addVectors(grids, *density, volume, part, &PackedPart::colour, colourName(names) + suffix, kColour, openvdb::VEC_INVARIANT);
     }
     return grids;
 }
@@ -283,11 +284,11 @@ private:
 
 } // namespace
 
-void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra)
+void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra, GridNames names)
 {
     if (volume.parts.empty()) throw fileError(file, "", "a volume with at least one material to write", "none");
     PackedPart sum;
-    const openvdb::GridPtrVec grids = gridsOf(volume, sum);
+    const openvdb::GridPtrVec grids = gridsOf(volume, sum, names);
     openvdb::MetaMap meta(extra);
     meta.insertMeta("creator", openvdb::StringMetadata("volcomp"));
     writeAtomically(file, [&](const fs::path& temporary) {
@@ -302,10 +303,10 @@ void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb
     });
 }
 
-void writeVolume(const fs::path& file, const Volume& volume, const openvdb::MetaMap& extra)
+void writeVolume(const fs::path& file, const Volume& volume, const openvdb::MetaMap& extra, GridNames names)
 {
     if (volume.parts.empty()) throw fileError(file, "", "a volume with at least one material to write", "none");
-    writeVolume(file, pack(volume), extra);
+    writeVolume(file, pack(volume), extra, names);
 }
 
 } // namespace volcomp

@@ -285,6 +285,26 @@ TEST_F(VdbIo, badGridsAreNamed)
     EXPECT_NE(messageOf([&] { readVolume(path("stretched.vdb")); }).find("cubic voxels"), std::string::npos);
 }
 
+TEST_F(VdbIo, namesTheColourAsBlenderDoes)
+{
+    VolumePart bark = part("bark", MaterialKind::surface, 2), fur = part("fur", MaterialKind::fibre, 4);
+    for (const bool several : {false, true}) {
+        const Volume volume = several ? Volume{{bark, fur}} : Volume{{fur}};
+        writeVolume(path("blender.vdb"), volume, {}, GridNames::blender);
+        openvdb::io::File file(path("blender.vdb").string());
+        file.open();
+        EXPECT_TRUE(file.hasGrid(several ? "color_fur" : "color"));
+        EXPECT_FALSE(file.hasGrid(several ? "Cd_fur" : "Cd"));
+        writeVolume(path("houdini.vdb"), volume);
+        const Volume a = readVolume(path("blender.vdb")), b = readVolume(path("houdini.vdb"));
+        for (std::size_t p = 0; p < a.parts.size(); ++p) {
+            ASSERT_TRUE(a.parts[p].colour);
+            ASSERT_GT(a.parts[p].colour->activeVoxelCount(), 0u);
+            for (auto v = b.parts[p].colour->cbeginValueOn(); v; ++v) ASSERT_EQ(a.parts[p].colour->tree().getValue(v.getCoord()), *v);
+        }
+    }
+}
+
 // Leaf by leaf from the file, the tree is the one that the whole volume makes.
 TEST_F(VdbIo, treesAreReadAsVolumesAre)
 {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "bake.h"
+#include "choice.h"
 #include "error.h"
 #include "image.h"
 #include "scene.h"
@@ -19,10 +20,13 @@ int main(int argc, char** argv)
               "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... DIR/NAME_N.vdb for each [box.NAME].");
     std::filesystem::path scene_file, directory, sheet;
     std::vector<std::string> only;
+    GridNames grid_names = GridNames::houdini;
     tool.app.add_option("scene", scene_file, "Scene file (TOML)")->required()->type_name("SCENE");
     tool.app.add_option("-o,--output", directory, "Directory for the boxes; made if it is not there")->required()->type_name("DIR");
     tool.app.add_option("--sheet", sheet, "Also render every box into one labelled sheet (.png or .exr)")->type_name("FILE");
     tool.app.add_option("--box", only, "Bake these boxes only")->type_name("NAME");
+    addChoice(tool.app, "--grid-names", grid_names, "Name of the colour's grid: Cd as in Houdini (the default), or color as in Blender",
+              kGridNamesWords);
 
     return tool.main(argc, argv, [&] {
         if (!sheet.empty()) isExrName(sheet);
@@ -43,7 +47,7 @@ int main(int argc, char** argv)
                     for (const VolumePart& part : box.volume.parts) voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
                     writeVolume(directory / fmt::format("{}_{}.vdb", primitive.name, variant + 1), box.volume,
-                                boxMetadata(primitive, variant));
+                                boxMetadata(primitive, variant), grid_names);
                     if (!sheet.empty()) tiles.push_back(pictureOf(box, scene.materials, scene.render));
                 }
             });

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "choice.h"
 #include "compose.h"
 #include "error.h"
 #include "image.h"
@@ -27,6 +28,7 @@ namespace fs = std::filesystem;
 struct Options {
     fs::path scene, output, boxes;
     fs::path placements, sheet;
+    GridNames grid_names = GridNames::houdini;
     double voxel = 0, max_memory_mb = 0;
 };
 
@@ -178,7 +180,7 @@ void run(Tool& tool, const Options& options)
     tool.stats["voxel_m"] = params.voxel;
     tool.stats["active_voxels"] = voxels;
     tool.stats["volume_bytes"] = volume.bytes();
-    tool.stage("write", [&](const Progress&) { writeVolume(options.output, volume); });
+    tool.stage("write", [&](const Progress&) { writeVolume(options.output, volume, {}, options.grid_names); });
 }
 
 } // namespace
@@ -196,6 +198,8 @@ int main(int argc, char** argv)
     tool.app.add_option("--max-memory", options.max_memory_mb, "Refuse a volume that needs more, in MB; 0: 3/4 of the machine's memory")
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
+    addChoice(tool.app, "--grid-names", options.grid_names,
+              "Name of the colour's grid: Cd as in Houdini (the default), or color as in Blender", kGridNamesWords);
     tool.app.add_option("--placements", options.placements, "Also write where the boxes stand")->type_name("FILE.json|.ply");
     tool.app.add_option("--sheet", options.sheet, "Also write a picture of the placements and of each map as it falls on the surface")
         ->type_name("FILE.png");

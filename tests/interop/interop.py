@@ -62,6 +62,15 @@ class Interop(unittest.TestCase):
         for found, expected in zip(place, (0.5, 0.2, -0.1)):
             self.assertAlmostEqual(found, expected, delta=0.05 * VOXEL)
 
+    @unittest.skipUnless(module("pyopenvdb"), "python3-openvdb is not installed")
+    def test_names_for_blender(self):
+        import pyopenvdb as vdb
+        file = self.work + "/blender.vdb"
+        run(self.bin + "/volcomp-compose", SCENE, "--boxes", self.work + "/boxes", "--grid-names", "blender", "-o", file)
+        self.assertEqual(sorted(g.name for g in vdb.readAll(file)[0]), ["color_fur", "density", "density_fur", "density_soil", "tangentu_fur"])
+        ours, theirs = vdb.read(self.volume, "Cd_fur"), vdb.read(file, "color_fur")
+        self.assertEqual([(v.min, v.value) for v in ours.citerOnValues()], [(v.min, v.value) for v in theirs.citerOnValues()])
+
     @program("vdb_print")
     def test_vdb_print(self):
         text = run("vdb_print", self.volume)
