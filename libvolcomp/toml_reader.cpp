@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
-#include <map>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -88,6 +87,18 @@ struct TableReader::State {
     }
 
     std::string path(const char* key) const { return name.empty() ? key : name + "." + key; }
+
+    /// A table inside this one.
+    std::unique_ptr<State> child(std::string full_name, const toml::value* table) const
+    {
+        auto state = std::make_unique<State>();
+        state->file = file;
+        state->root = root;
+        state->name = std::move(full_name);
+        state->docs = docs;
+        state->value = table;
+        return state;
+    }
 
     [[noreturn]] void fail(const toml::value& at, const char* key, const std::string& expected) const
     {
@@ -344,31 +355,17 @@ int TableReader::word(const Key& key, std::optional<int> fallback, const std::ve
 
 TableReader TableReader::table(const Key& key)
 {
-    auto state = std::make_unique<State>();
-    state->file = m_state->file;
-    state->root = m_state->root;
-    state->name = m_state->path(key.name);
-    state->docs = m_state->docs;
-    if (m_state->docs) m_state->docs->push_back({state->name, "", "table", "", "", "", key.meaning});
-    if (const auto* v = m_state->find(key)) {
-        if (!v->is_table()) m_state->fail(*v, key.name, fmt::format("a table [{}]", state->name));
-        state->value = v;
-    }
-    return TableReader(std::move(state));
+    const std::string name = m_state->path(key.name);
+    if (m_state->docs) m_state->docs->push_back({name, "", "table", "", "", "", key.meaning});
+    const auto* v = m_state->find(key);
+    if (v && !v->is_table()) m_state->fail(*v, key.name, fmt::format("a table [{}]", name));
+    return TableReader(m_state->child(name, v));
 }
 
 std::vector<TableReader> TableReader::tables(const Key& key)
 {
     std::vector<TableReader> result;
-    const auto add = [&](const toml::value* v) {
-        auto state = std::make_unique<State>();
-        state->file = m_state->file;
-        state->root = m_state->root;
-        state->name = m_state->path(key.name);
-        state->docs = m_state->docs;
-        state->value = v;
-        result.push_back(TableReader(std::move(state)));
-    };
+    const auto add = [&](const toml::value* v) { result.push_back(TableReader(m_state->child(m_state->path(key.name), v))); };
     if (m_state->docs) {
         m_state->docs->push_back({m_state->path(key.name), "", "array of tables", "", "", "", key.meaning});
         add(nullptr);
@@ -388,13 +385,7 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
 {
     std::vector<std::pair<std::string, TableReader>> result;
     const auto add = [&](const std::string& name, const toml::value* v) {
-        auto state = std::make_unique<State>();
-        state->file = m_state->file;
-        state->root = m_state->root;
-        state->name = m_state->path(key.name) + "." + name;
-        state->docs = m_state->docs;
-        state->value = v;
-        result.emplace_back(name, TableReader(std::move(state)));
+        result.emplace_back(name, TableReader(m_state->child(m_state->path(key.name) + "." + name, v)));
     };
     if (m_state->docs) {
         m_state->docs->push_back({m_state->path(key.name) + ".NAME", "", "named table", "", "", "", key.meaning});
@@ -440,33 +431,6 @@ std::string TableReader::place() const
     std::string where = m_state->file.string();
     if (m_state->value && !m_state->name.empty()) where += fmt::format(":{}: [{}]", m_state->value->location().line(), m_state->name);
     return where;
-}
-
-std::string keysAsMarkdown(const std::vector<KeyDoc>& docs)
-{
-    std::string text;
-    std::map<std::string, std::vector<const KeyDoc*>> rows;
-    std::vector<std::string> order;
-    std::map<std::string, const KeyDoc*> heads;
-    for (const KeyDoc& d : docs) {
-        if (!rows.count(d.table)) order.push_back(d.table);
-        auto& list = rows[d.table];
-        if (d.key.empty()) heads[d.table] = &d;
-        else list.push_back(&d);
-    }
-    for (const std::string& name : order) {
-        const auto head = heads.find(name);
-        const bool array = head != heads.end() && head->second->type == "array of tables";
-        text += name.empty() ? "### at the top\n\n" : fmt::format(array ? "### `[[{}]]`\n\n" : "### `[{}]`\n\n", name);
-        if (head != heads.end()) text += head->second->meaning + ".\n\n";
-        if (rows[name].empty()) continue;
-        text += "| key | type | default | range | unit | meaning |\n|---|---|---|---|---|---|\n";
-        for (const KeyDoc* d : rows[name])
-            text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", d->key, d->type,
-                                d->fallback == "required" ? d->fallback : "`" + d->fallback + "`", d->range, d->unit, d->meaning);
-        text += "\n";
-    }
-    return text;
 }
 
 } // namespace volcomp

@@ -12,15 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "key_docs.h"
 #include "vec.h"
 #include "words.h"
 
 namespace volcomp {
-
-/// One row of the scene file's reference.
-struct KeyDoc {
-    std::string table, key, type, fallback, range, unit, meaning;
-};
 
 /// A closed interval that a number must lie in. Infinite ends are open.
 struct Interval {
@@ -111,8 +107,5 @@ private:
     int word(const Key&, std::optional<int> fallback, const std::vector<std::string>& words);
     std::unique_ptr<State> m_state;
 };
-
-/// The rows as Markdown tables, one for each table of the scene file.
-std::string keysAsMarkdown(const std::vector<KeyDoc>& docs);
 
 } // namespace volcomp

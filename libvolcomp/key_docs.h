@@ -1,0 +1,17 @@
+// The reference of the scene file, as the parser itself lists it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace volcomp {
+
+/// One row: a key, or with an empty `key` the heading of a table.
+struct KeyDoc {
+    std::string table, key, type, fallback, range, unit, meaning;
+};
+
+/// The rows as Markdown tables, one for each table of the scene file.
+std::string keysAsMarkdown(const std::vector<KeyDoc>& docs);
+
+} // namespace volcomp
