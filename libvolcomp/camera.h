@@ -9,6 +9,7 @@ class TableReader;
 
 enum class Projection { perspective, orthographic };
 
+/// Where the picture is taken from, as the [camera] table says.
 struct Camera {
     Projection projection = Projection::perspective;
     Vec3d eye{0, 0, 5};
@@ -24,6 +25,7 @@ struct Camera {
     double pixelFootprint(const Vec3d& p, int width_pixels) const;
 };
 
+/// One ray of the camera, world units.
 struct CameraRay {
     Vec3d origin, direction; ///< world; the direction is unit length
 };

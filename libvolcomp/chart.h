@@ -7,11 +7,13 @@
 
 namespace volcomp {
 
+/// One measurement.
 struct ChartPoint {
     std::string name;    ///< drawn beside the point; may be empty
     double x = 1, y = 1; ///< > 0: both axes are logarithmic
 };
 
+/// Points of one colour, with their name in the key.
 struct ChartSeries {
     std::string name;   ///< in the key; empty: not there
     bool line = false;  ///< joined in their order
@@ -19,6 +21,7 @@ struct ChartSeries {
     std::vector<ChartPoint> points;
 };
 
+/// One pair of axes with its series.
 struct ChartPanel {
     std::string title, x_label, y_label, right_label;
     std::vector<ChartSeries> series;

@@ -5,6 +5,7 @@ namespace volcomp {
 
 class TableReader;
 
+/// The settings of compose(), as the [compose] table says.
 struct ComposeParams {
     double voxel = 0;           ///< edge of a voxel, world units; 0: from the camera and the picture
     double voxel_pixels = 0.5;  ///< that voxel in pixels, at the nearest point of a surface that the camera sees

@@ -12,6 +12,7 @@
 
 namespace volcomp {
 
+/// The tree of the cells between voxel centres; walked as a VoxelTree is.
 class DualTree {
 public:
     static constexpr int kDim = kLeafDim + 1; ///< densities along an edge of a block

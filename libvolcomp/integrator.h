@@ -25,6 +25,7 @@ struct RaySample {
     double depth = 0;               ///< distance from the ray's origin, world units
 };
 
+/// How much work a render was.
 struct RayCounts {
     std::uint64_t rays = 0, shadow_rays = 0, shaded_voxels = 0;
 };
@@ -35,12 +36,14 @@ public:
     /// `part_materials` holds the material of each part of the tree. The references must outlive this.
     Integrator(const VoxelTree& tree, std::vector<Material> part_materials, const std::vector<Light>& lights, const RenderParams& params);
 
-    struct LightState {                     // of one light along a ray
+    /// Of one light along a ray.
+    struct LightState {
         Vec3d S{0.0};                       ///< its strength, falloff and the voxel's reflection, without what lies between
         double depth = 0, t = -1;           ///< optical depth from the ray's point at t to the light
         double passes = 0, rough_t = -1e30; ///< light that passes to the point at rough_t, roughly
         bool fine = false, lit = false;
     };
+    /// What a thread keeps between the voxels of a ray.
     struct Scratch {
         std::vector<LightState> lights;
         RayCounts counts;

@@ -25,6 +25,7 @@ enum class CombSpace {
     world
 };
 
+/// One [[layer]] of the scene: which boxes stand where on a surface, and how.
 struct Layer {
     std::string name;
     std::string box;     ///< name of a primitive

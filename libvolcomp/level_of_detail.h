@@ -17,6 +17,7 @@
 
 namespace volcomp {
 
+/// Integrators for the volume and its coarser forms; a ray goes through those as fine as its pixel is at each distance.
 class LevelOfDetail {
 public:
     /// Prepares the levels that the camera needs; without params.lod the tree alone. `rays` and `crop` are the picture's, for the light that

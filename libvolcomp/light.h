@@ -12,6 +12,7 @@ class TableReader;
 
 enum class LightKind { directional, point, spot, patch };
 
+/// One [[light]] of the scene.
 struct Light {
     std::string name;
     LightKind kind = LightKind::directional;

@@ -13,6 +13,7 @@
 
 namespace volcomp {
 
+/// The rays of one light and the planes across them where their light is kept.
 struct LightLattice {
     int a = 0, b = 1, c = 2; ///< the light's axis and the others
     int sign = 1;            ///< the light goes towards +a or -a

@@ -18,6 +18,7 @@
 
 namespace volcomp {
 
+/// A ray, and what its way through cells of any size needs to know of it.
 class MarchRay {
 public:
     /// From `origin` along `direction` (unit length), corner coordinates, for t in [start, length]; `length` may be infinite.

@@ -15,6 +15,7 @@ enum class MaterialKind {
     surface ///< direction is the normal, section 4; grid `N`
 };
 
+/// How particles reflect, as a [material.NAME] table says; MODEL section 4.
 struct Material {
     std::string name;
     MaterialKind kind = MaterialKind::fibre;

@@ -45,6 +45,7 @@ struct PackedBlock {
     std::byte* values = nullptr;       ///< in the part's stores: densities, then directions and colours where the part has them
 };
 
+/// The active voxels of one material, block by block.
 struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
@@ -71,6 +72,7 @@ struct PackedPart {
     std::size_t bytes() const;
 };
 
+/// What compose() makes and writeVolume() writes: a Volume without trees.
 struct PackedVolume {
     openvdb::math::Transform::Ptr transform; ///< cubic voxels
     std::vector<PackedPart> parts;

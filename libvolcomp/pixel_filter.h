@@ -10,6 +10,7 @@
 
 namespace volcomp {
 
+/// Where the samples of each pixel lie, so that their plain mean is the filtered picture.
 class PixelSampler {
 public:
     explicit PixelSampler(const RenderParams& params);

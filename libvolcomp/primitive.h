@@ -80,6 +80,7 @@ struct Level {
     bool flat() const { return outline != Outline::stem; }
 };
 
+/// One kind of box, as a [box.NAME] table says: the levels of its recursive function, and its voxels.
 struct Primitive {
     std::string name;
     std::string material; ///< of the levels that name none

@@ -28,6 +28,7 @@ struct Crop {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
+/// The settings of render(), as the [render] table says.
 struct RenderParams {
     int width = 640, height = 480;               ///< pixels
     Crop crop;                                   ///< the image holds only these pixels

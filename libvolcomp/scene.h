@@ -17,6 +17,7 @@
 
 namespace volcomp {
 
+/// All that a scene file says.
 struct Scene {
     std::filesystem::path file;
     std::vector<Material> materials;

@@ -20,6 +20,7 @@
 
 namespace volcomp {
 
+/// How much of each light reaches which place, computed once and then looked up.
 class ShadowSweep {
 public:
     static constexpr double kSpacing = 2.0 / 3; ///< of the rays, voxels

@@ -28,6 +28,7 @@ struct SkinSpec {
     double depth = 0; ///< of the shell's middle below the surface, voxels
 };
 
+/// One [surface.NAME] of the scene.
 struct SurfaceSpec {
     std::string name;
     std::filesystem::path mesh; ///< OBJ, PLY, OFF or STL; empty: terrain
@@ -53,6 +54,7 @@ struct SurfacePoint {
     double b1 = 0, b2 = 0; ///< weights of the triangle's second and third corner
 };
 
+/// A mesh or terrain with its projection: where boxes stand and maps fall.
 class Surface {
 public:
     /// Takes a mesh as prepareMesh() leaves it. Throws Error where no triangle has an area. `place` names the surface in messages.

@@ -17,12 +17,14 @@ public:
     ~SurfaceTree();
     SurfaceTree(SurfaceTree&&) noexcept;
 
+    /// The point of the surface that is closest to another.
     struct Nearest {
         Vec3d position;
         std::int32_t triangle = -1; ///< -1: there is no triangle with an area
     };
     Nearest nearest(const Vec3d& p) const;
 
+    /// Where a ray meets the surface.
     struct Hit {
         double t; ///< position = origin + t direction
         std::int32_t triangle;

@@ -10,6 +10,7 @@
 
 namespace volcomp {
 
+/// Nearest points on a mesh, found by walking over its triangles from one that is near.
 class SurfaceWalk {
 public:
     SurfaceWalk() = default;
@@ -17,6 +18,7 @@ public:
     /// are but an edge are nobody's.
     explicit SurfaceWalk(const Mesh& mesh);
 
+    /// The nearest point that a walk has found.
     struct Foot {
         std::int32_t triangle;
         double b1, b2;    ///< weights of its second and third corner

@@ -21,6 +21,7 @@ struct alignas(32) VoxelSum {
 };
 static_assert(sizeof(VoxelSum) == 64);
 
+/// The sums of one tile at a time; used again for the next.
 class TileAccumulator {
 public:
     static constexpr int kLog2 = 4,

@@ -35,6 +35,7 @@ struct Key {
     const char* meaning;
 };
 
+/// One table of the file.
 class TableReader {
 public:
     /// The root table of a file. Throws Error where the file is missing, unreadable or not TOML.

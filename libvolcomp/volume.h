@@ -15,6 +15,7 @@
 
 namespace volcomp {
 
+/// The grids of one material.
 struct VolumePart {
     std::string material; ///< name of the material; empty where a foreign file says none
     MaterialKind kind = MaterialKind::fibre;
@@ -29,6 +30,7 @@ struct VolumePart {
     Vec3f uniform_colour{1.0f};
 };
 
+/// A box or a composed volume: one part for each material, all with the same transform.
 struct Volume {
     std::vector<VolumePart> parts;
 

@@ -34,12 +34,14 @@ struct VoxelContent {
     Vec3d colour{1.0};
 };
 
+/// A volume as rays want it; immutable.
 class VoxelTree {
 public:
     static constexpr int kEmpty = -1;
     static constexpr int kSpreadCodes = 63;
     static double spreadOf(int code) { return code / double(kSpreadCodes - 1); }
 
+    /// 8^3 voxels: which hold particles, and where their records begin.
     struct Leaf {
         std::array<std::uint64_t, 8> mask{};   ///< voxels of density > 0; word x, bit y * 8 + z
         std::array<std::uint16_t, 8> before{}; ///< voxels in the words before
@@ -60,6 +62,7 @@ public:
     /// and the spread of the directions. Coarse voxel i holds the fine 2 i and 2 i + 1; toCorner() gives half the fine coordinates.
     static VoxelTree coarser(const VoxelTree& fine, double tau);
 
+    /// What a part's grids said about it.
     struct Part {
         std::string material;
         MaterialKind kind;
