@@ -1,12 +1,17 @@
-// The volume for the trilinear filter: cells between eight voxel centres, in blocks of 8^3 cells with the 9^3 densities they need.
+// The volume for the trilinear filter: cells between eight voxel centres, in blocks of 8^3 cells.
 //
 // Coordinates are VoxelTree's corner coordinates less half a voxel: cell (i,j,k) is [i,i+1)^3 and its corners are the centres of the voxels
-// (i,j,k) to (i+1,j+1,k+1). The class offers what forEachLeaf() and MarchRay ask of a tree.
+// (i,j,k) to (i+1,j+1,k+1). The class offers what forEachLeaf() and MarchRay ask of a tree. It holds places only; the 9^3 densities that
+// a block's cells need are gathered by each thread where its rays come by, and forgotten again.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <unordered_map>
 #include <vector>
+
+#include <tbb/enumerable_thread_specific.h>
 
 #include "voxel_tree.h"
 
@@ -15,11 +20,12 @@ namespace volcomp {
 /// The tree of the cells between voxel centres; walked as a VoxelTree is.
 class DualTree {
 public:
-    static constexpr int kDim = kLeafDim + 1; ///< densities along an edge of a block
+    static constexpr int kDim = kLeafDim + 1, kValues = kDim * kDim * kDim; ///< densities along an edge of a block, and in it
 
+    /// `tree` must outlive this.
     explicit DualTree(const VoxelTree& tree);
 
-    bool empty() const { return m_values.empty(); }
+    bool empty() const { return m_leaves.empty(); }
     const openvdb::CoordBBox& bounds() const { return m_bounds; }
     int block(int x, int y, int z) const
     {
@@ -31,34 +37,54 @@ public:
         return m_children[std::size_t(block) * 4096 + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))];
     }
 
-    /// The eight densities of a cell, offset as VoxelTree::offset(): corner (x,y,z) is corners[4 x + 2 y + z]. False where all are 0.
-    bool corners(int leaf, int cell, float* corners) const
+    struct Corner { ///< a voxel of the tree; density > 0 only where leaf != VoxelTree::kEmpty
+        int leaf, voxel;
+    };
+    /// Corner (x,y,z), number 4 x + 2 y + z, of a cell; its offset is as VoxelTree::offset().
+    Corner corner(int leaf, int cell, int number) const
     {
-        const float* v = &m_values[std::size_t(leaf) * kDim * kDim * kDim + ((cell >> 6) * kDim + (cell >> 3 & 7)) * kDim + (cell & 7)];
-        float sum = 0;
-        for (int k = 0; k < 8; ++k) sum += corners[k] = v[((k >> 2) * kDim + (k >> 1 & 1)) * kDim + (k & 1)];
-        return sum > 0;
+        const int x = (cell >> 6) + (number >> 2), y = (cell >> 3 & 7) + (number >> 1 & 1), z = (cell & 7) + (number & 1);
+        return {m_leaves[leaf][(x >> 3) << 2 | (y >> 3) << 1 | z >> 3], VoxelTree::offset(x, y, z)};
     }
-    std::size_t memoryBytes() const { return m_values.size() * sizeof(float) + m_children.size() * sizeof(std::int32_t); }
+
+    /// Gathered densities of the blocks that a thread met last.
+    class Gathered {
+    public:
+        explicit Gathered(const DualTree& dual) : m_dual(dual) { }
+        /// kDim^3, z fastest; good until the next call.
+        const float* densities(int leaf)
+        {
+            const std::size_t place = (std::uint32_t(leaf) * 0x9e3779b1u) >> (32 - kBits);
+            if (m_at.empty()) allocate();
+            float* values = m_values.get() + place * kStride;
+            if (m_at[place] != leaf) {
+                m_dual.gather(leaf, values);
+                m_at[place] = leaf;
+            }
+            return values;
+        }
+
+    private:
+        static constexpr int kBits = 12, kStride = 736; // 12 MB a thread; a tile's rays of the finest voxels meet about 1,000 blocks
+        void allocate();
+
+        const DualTree& m_dual;
+        std::vector<int> m_at;
+        std::unique_ptr<float[]> m_values;
+    };
+    Gathered& gathered() const { return m_gathered.local(); } ///< this thread's
+
+    std::size_t memoryBytes() const { return m_leaves.size() * sizeof(m_leaves[0]) + m_children.size() * sizeof(std::int32_t); }
 
 private:
+    void gather(int leaf, float* values) const;
+
+    const VoxelTree& m_tree;
     openvdb::CoordBBox m_bounds;
     std::unordered_map<openvdb::Coord, int> m_blocks;
     std::vector<std::int32_t> m_children;
-    std::vector<float> m_values;
+    std::vector<std::array<std::int32_t, 8>> m_leaves; ///< of the tree, whose voxels a block's cells lie between
+    mutable tbb::enumerable_thread_specific<Gathered> m_gathered;
 };
-
-/// The integrals over t from t0 to t1 of the eight trilinear weights along the ray o + t d, from the cell's lowest corner. They are cubic
-/// in t, so two Gauss-Legendre points are exact.
-inline void cornerWeights(const double* o, const double* d, const int* cell, double t0, double t1, double* weights)
-{
-    const double middle = 0.5 * (t0 + t1), half = 0.5 * (t1 - t0), reach = half * 0.57735026918962576451;
-    for (int k = 0; k < 8; ++k) weights[k] = 0;
-    for (const double t : {middle - reach, middle + reach}) {
-        const double x = o[0] + d[0] * t - cell[0], y = o[1] + d[1] * t - cell[1], z = o[2] + d[2] * t - cell[2];
-        const double wx[2] = {half * (1 - x), half * x}, wy[2] = {1 - y, y}, wz[2] = {1 - z, z};
-        for (int k = 0; k < 8; ++k) weights[k] += wx[k >> 2] * wy[k >> 1 & 1] * wz[k & 1];
-    }
-}
 
 } // namespace volcomp

@@ -1,5 +1,6 @@
 #include "integrator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -25,6 +26,9 @@ Integrator::Integrator(const VoxelTree& tree, std::vector<Material> part_materia
     }
     for (const Light& l : m_corner_lights) m_light_rays.emplace_back(tree, Vec3d(0.0), -l.direction, 0);
     m_fibre = params.extinction == Extinction::fibre && tree.hasDirectedFibres();
+    const auto black = [](const Vec3d& v) { return v == Vec3d(0.0); };
+    m_transmits = !params.aovs && black(params.ambient)
+        && std::all_of(lights.begin(), lights.end(), [&](const Light& l) { return black(l.strength); });
     if (params.filter == Filter::trilinear) m_dual = std::make_shared<DualTree>(tree);
     m_extinction = params.tau * tree.voxelSize();
     m_stop = params.cutoff > 0 && m_extinction > 0 ? -std::log(params.cutoff) / m_extinction : std::numeric_limits<double>::infinity();
@@ -50,21 +54,22 @@ double Integrator::depthToLight(std::size_t light, const int* cell, const Vec3d&
     if (!swept) ++counts.shadow_rays;
     else if (!(way > 0)) return beyond;
     const Vec3d d_world = m_tree.directionToWorld(L);
-    const bool sums = m_params.integration == Integration::riemann;
-    if (m_dual) {
-        const MarchRay r(*m_dual, p - Vec3d(0.5), L, way);
-        return beyond + (sums ? sumDepth(*m_dual, r, d_world) : trilinearDepth(r, d_world));
-    }
-    if (swept && !sums) {
+    if (m_dual) return beyond + depthAlong(MarchRay(*m_dual, p - Vec3d(0.5), L, way), d_world);
+    if (swept && m_params.integration == Integration::exact) {
         const MarchRay r =
             m_lights[light].kind == LightKind::directional ? m_light_rays[light].from(p, way) : MarchRay(m_tree, p, L, way).from(p, way);
         return beyond
             + m_extinction * (m_fibre ? shortIntegral<true>(m_tree, r, cell, d_world) : shortIntegral<false>(m_tree, r, cell, d_world));
     }
-    const MarchRay r(m_tree, p, L, way);
-    if (sums) return beyond + sumDepth(m_tree, r, d_world);
-    if (m_fibre) return beyond + m_extinction * lineIntegral<true>(m_tree, r, d_world, m_stop);
-    return beyond + m_extinction * lineIntegral<false>(m_tree, r, L, m_stop);
+    return beyond + depthAlong(MarchRay(m_tree, p, L, way), d_world);
+}
+
+double Integrator::depthAlong(const MarchRay& r, const Vec3d& d_world) const
+{
+    const bool sums = m_params.integration == Integration::riemann;
+    if (m_dual) return sums ? sumDepth(*m_dual, r, d_world) : trilinearDepth(r, d_world);
+    if (sums) return sumDepth(m_tree, r, d_world);
+    return m_extinction * (m_fibre ? lineIntegral<true>(m_tree, r, d_world, m_stop) : lineIntegral<false>(m_tree, r, d_world, m_stop));
 }
 
 RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch& scratch) const
@@ -87,9 +92,11 @@ void Integrator::traceFurther(RaySample& sample, const Vec3d& origin, const Vec3
     const bool sums = m_params.integration == Integration::riemann;
     if (m_dual) {
         const MarchRay r(*m_dual, o - Vec3d(0.5), d, end, start);
+        if (m_transmits) return void(sample.transmittance *= std::exp(-depthAlong(r, direction)));
         return sums ? traceSums(sample, *m_dual, r, 0.5, direction, scratch) : traceTrilinear(sample, r, direction, scratch);
     }
     const MarchRay r(m_tree, o, d, end, start);
+    if (m_transmits) return void(sample.transmittance *= std::exp(-depthAlong(r, direction)));
     if (sums) return traceSums(sample, m_tree, r, 0, direction, scratch);
     return m_fibre ? traceExact<true>(sample, r, direction, scratch) : traceExact<false>(sample, r, direction, scratch);
 }

@@ -89,12 +89,16 @@ private:
     void shade(int leaf, int voxel, const int* cell, double share, const Vec3d& p_corner, const Vec3d& V, Scratch& scratch,
                Vec3d& ambient) const;
     double effectiveDensity(int x, int y, int z, const Vec3d& d_world) const;
+    double effectiveDensity(const DualTree::Corner& corner, float density, const Vec3d& d_world) const;
+    /// Optical depth along the ray with the filter and the method at hand, in the coordinates of its tree; stops where it is dark.
+    double depthAlong(const MarchRay& r, const Vec3d& d_world) const;
     Vec3d gradientNormal(const int* cell) const;
 
     const VoxelTree& m_tree;
     std::shared_ptr<const DualTree> m_dual; ///< for the trilinear filter
     const ShadowSweep* m_sweep = nullptr;
-    bool m_fibre; ///< fibre extinction matters
+    bool m_fibre;     ///< fibre extinction matters
+    bool m_transmits; ///< nothing shines and nothing else is asked for: rays bring their transmittance alone
     std::vector<Material> m_materials;
     const std::vector<Light>& m_lights;
     std::vector<Light> m_corner_lights; ///< position in corner coordinates, direction in grid axes

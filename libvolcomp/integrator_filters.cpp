@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_march.h"
 #include "integrator.h"
 
 namespace volcomp {
@@ -17,6 +18,15 @@ void cornerVoxel(const int* cell, int corner, int* voxel)
     voxel[2] = cell[2] + (corner & 1);
 }
 
+// Those of a cell's corners; false where all are 0.
+bool cornerDensities(const float* gathered, int cell, float* corners)
+{
+    const float* v = gathered + gatheredOffset(cell);
+    float sum = 0;
+    for (int k = 0; k < 8; ++k) sum += corners[k] = v[gatheredCorner(k)];
+    return sum > 0;
+}
+
 } // namespace
 
 double Integrator::effectiveDensity(int x, int y, int z, const Vec3d& d) const
@@ -28,23 +38,27 @@ double Integrator::effectiveDensity(int x, int y, int z, const Vec3d& d) const
     return m_fibre && rho > 0 ? rho * m_tree.fibreFactor(leaf, voxel, d) : rho;
 }
 
+double Integrator::effectiveDensity(const DualTree::Corner& c, float rho, const Vec3d& d) const
+{
+    return m_fibre && rho > 0 ? rho * m_tree.fibreFactor(c.leaf, c.voxel, d) : rho;
+}
+
 double Integrator::trilinearDepth(const MarchRay& r, const Vec3d& d) const
 {
+    if (!m_fibre) return m_extinction * lineIntegral(*m_dual, r, m_stop);
+    DualTree::Gathered& gathered = m_dual->gathered();
     double sum = 0;
     forEachLeaf(*m_dual, r, [&](const LeafSpan& span) {
+        const float* densities = gathered.densities(span.leaf);
         forEachVoxel(r, *span.start, [&](int offset, double t, double end) {
             end = std::min(end, r.t1);
             float rho[8];
-            if (!(end > t) || !m_dual->corners(span.leaf, offset, rho)) return;
+            if (!(end > t) || !cornerDensities(densities, offset, rho)) return;
             const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
             double weights[8];
             cornerWeights(r.o, r.d, cell, t, end, weights);
-            for (int k = 0; k < 8; ++k) {
-                if (!(rho[k] > 0)) continue;
-                int v[3];
-                cornerVoxel(cell, k, v);
-                sum += weights[k] * (m_fibre ? effectiveDensity(v[0], v[1], v[2], d) : rho[k]);
-            }
+            for (int k = 0; k < 8; ++k)
+                if (rho[k] > 0) sum += weights[k] * effectiveDensity(m_dual->corner(span.leaf, offset, k), rho[k], d);
         });
         return sum < m_stop;
     });
@@ -56,37 +70,44 @@ double Integrator::trilinearDepth(const MarchRay& r, const Vec3d& d) const
 void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
 {
     const Vec3d half(0.5);
+    DualTree::Gathered& gathered = m_dual->gathered();
     forEachLeaf(*m_dual, r, [&](const LeafSpan& span) {
-        bool go_on = true;
-        forEachVoxel(r, *span.start, [&](int offset, double t, double end) {
-            end = std::min(end, r.t1);
+        int cells[32];
+        double times[33]; // a ray crosses at most 22 cells of a block
+        int count = 0;
+        times[0] = span.start->t;
+        forEachVoxel(r, *span.start, [&](int cell, double, double end) {
+            cells[count] = cell;
+            times[++count] = end;
+        });
+        for (int i = 0; i < count; ++i) {
+            const double t = times[i], end = std::min(times[i + 1], r.t1);
             float rho[8];
-            if (!go_on || !(end > t) || !m_dual->corners(span.leaf, offset, rho)) return;
-            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
+            // Rays to lights gather, too: the place may hold another block by now.
+            if (!(end > t) || !cornerDensities(gathered.densities(span.leaf), cells[i], rho)) continue;
+            const int cell[3] = {span.cell[0] + (cells[i] >> 6), span.cell[1] + (cells[i] >> 3 & 7), span.cell[2] + (cells[i] & 7)};
             double depths[8], delta = 0;
             cornerWeights(r.o, r.d, cell, t, end, depths);
             for (int k = 0; k < 8; ++k) {
-                int v[3];
-                cornerVoxel(cell, k, v);
-                depths[k] *= m_extinction * (rho[k] > 0 && m_fibre ? effectiveDensity(v[0], v[1], v[2], direction) : rho[k]);
+                depths[k] *= m_extinction * effectiveDensity(m_dual->corner(span.leaf, cells[i], k), rho[k], direction);
                 delta += depths[k];
             }
-            if (!(delta > 0)) return;
+            if (!(delta > 0)) continue;
             Vec3d ambient;
             startShading(scratch, ambient);
             const Vec3d middle = along(r, 0.5 * (t + end)) + half;
             for (int k = 0; k < 8; ++k) {
                 if (!(depths[k] > 0)) continue;
+                const DualTree::Corner c = m_dual->corner(span.leaf, cells[i], k);
                 int v[3];
                 cornerVoxel(cell, k, v);
-                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, depths[k] / delta, middle, -direction,
-                      scratch, ambient);
+                shade(c.leaf, c.voxel, v, depths[k] / delta, middle, -direction, scratch, ambient);
             }
             const int at_middle[3] = {int(std::floor(middle[0])), int(std::floor(middle[1])), int(std::floor(middle[2]))};
             addSegment(sample, ambient, delta, at_middle, along(r, t) + half, along(r, end) + half, t, end, scratch);
-            go_on = sample.transmittance >= m_params.cutoff;
-        });
-        return go_on;
+            if (sample.transmittance < m_params.cutoff) return false;
+        }
+        return true;
     });
 }
 

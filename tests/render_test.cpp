@@ -77,13 +77,20 @@ TEST(Render, LineIntegralsAgreeWithTheReference)
         const MarchRay r(tree, tree.toCorner(o), d, MarchRay::kFar);
         const double expected = ray["box"];
         EXPECT_NEAR(lineIntegral<false>(tree, r, d, MarchRay::kFar), expected, 1e-6 * std::max(1.0, expected)) << ray.dump();
-        RenderParams params = exactParams();
-        params.filter = Filter::trilinear;
-        params.shadows = Shadows::none;
-        const Integrator integrator(tree, {Material()}, {}, params);
-        Integrator::Scratch scratch;
         const double trilinear = ray["trilinear"];
-        EXPECT_NEAR(-std::log(integrator.trace(o, d, scratch).transmittance), trilinear, 1e-6 * std::max(1.0, trilinear)) << ray.dump();
+        RenderParams params = exactParams();
+        params.shadows = Shadows::none;
+        for (const Filter filter : {Filter::box, Filter::trilinear})
+            for (const bool lit : {false, true}) { // without light rays go another way
+                params.filter = filter;
+                const std::vector<Light> lights(lit ? 1 : 0);
+                const Integrator integrator(tree, {Material()}, lights, params);
+                Integrator::Scratch scratch;
+                const double integral = filter == Filter::box ? expected : trilinear;
+                EXPECT_NEAR(-std::log(integrator.trace(o, d, scratch).transmittance), integral, 1e-6 * std::max(1.0, integral))
+                    << int(filter) << lit << ray.dump();
+                EXPECT_EQ(scratch.counts.shaded_voxels > 0, lit && integral > 0) << int(filter) << ray.dump();
+            }
     }
 }
 
