@@ -15,6 +15,7 @@
 #include "scene.h"
 #include "settings.h"
 #include "tool.h"
+#include "vdb_render.h"
 #include "view.h"
 
 namespace {
@@ -104,6 +105,8 @@ struct Result {
     double method_error = -1; ///< without that of sampling; below 0: not known
 };
 
+const std::vector<std::string> kRgb{"R", "G", "B"};
+
 /// Root mean square difference over all pixels and the channels, relative to the reference's mean.
 double relativeError(const Image& image, const Image& reference, const std::vector<std::string>& channels)
 {
@@ -125,57 +128,6 @@ double relativeError(const Image& image, const Image& reference, const std::vect
     const double count = double(image.width) * image.height * double(channels.size());
     if (!(mean > 0)) throw Error("the reference picture is black: the camera sees no lit volume, so there is nothing to compare");
     return std::sqrt(square / count) / (mean / count);
-}
-
-/// vdb_render's absorption through the same camera. Its coefficients are per voxel; loading is taken off by a picture of one pixel.
-Measured vdbRender(const Scene& scene, const RenderParams& params, const fs::path& volume, double voxel, double step,
-                   const fs::path& scratch)
-{
-    const auto vector = [](const Vec3d& v) { return fmt::format("{:.9g},{:.9g},{:.9g}", v[0], v[1], v[2]); };
-    const Camera& camera = scene.camera;
-    const auto run = [&](int width, int height) {
-        std::vector<std::string> command{"vdb_render",
-                                         volume.string(),
-                                         scratch.string(),
-                                         "-name",
-                                         "density",
-                                         "-cpus",
-                                         "1",
-                                         "-res",
-                                         fmt::format("{}x{}", width, height),
-                                         "-translate",
-                                         vector(camera.eye),
-                                         "-lookat",
-                                         vector(camera.target),
-                                         "-up",
-                                         vector(camera.up),
-                                         "-gain",
-                                         "0",
-                                         "-absorb",
-                                         vector(Vec3d(params.tau * voxel)),
-                                         "-scatter",
-                                         "0,0,0",
-                                         "-step",
-                                         fmt::format("{:g}", step),
-                                         "-shadowstep",
-                                         "1000000",
-                                         "-cutoff",
-                                         "1e-6",
-                                         "-compression",
-                                         "none"};
-        if (camera.projection == Projection::perspective)
-            command.insert(command.end(), {"-fov", fmt::format("{:.9g}", camera.field_of_view * 180 / kPi)});
-        else command.insert(command.end(), {"-camera", "ortho", "-frame", fmt::format("{:.9g}", camera.width)});
-        const ProcessResult result = runProcess(command);
-        if (result.status != 0 || !fs::exists(scratch)) throw Error("vdb_render failed:\n" + result.output);
-        return result.cpu_seconds;
-    };
-    Measured measured;
-    const double load = run(1, 1), all = run(params.width, params.height);
-    measured.cpu_seconds = std::max(1e-3, all - load);
-    measured.image = readImage(scratch);
-    fs::remove(scratch);
-    return measured;
 }
 
 /// Error of a lit slab of 32 voxels against (1 - e^-32x) S, x the optical depth of a voxel, for each method.
@@ -296,13 +248,117 @@ double sceneVoxel(const Scene& scene, int width, int height)
     return voxel;
 }
 
-void run(Tool& tool, const Options& options)
+/// What all measurements start from.
+struct Study {
+    Tool& tool;
+    const Options& options;
+    const Scene& scene;
+    double voxel;      ///< of the scene at the chart's width
+    RenderParams base; ///< exact, box, the scene's extinction, sweep, cutoff 0.001, 4 samples
+    ChartCache cache;
+};
+
+std::vector<Result> measureRadiance(Study& study)
 {
-    if (!hasProgram("gnuplot")) throw Error("gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
-    const Scene scene = readScene(options.scene);
+    const Image reference = study.cache
+                                .render(fmt::format("reference, {} samples", study.options.samples), study.voxel,
+                                        radianceReference(study.base, study.options.samples))
+                                .image;
+    const Image same_rays = study.cache.render("reference, 4 samples", study.voxel, radianceReference(study.base, kSamples)).image;
+    std::vector<Result> results;
+    for (const Row& row : radianceRows()) {
+        RenderParams params = study.base;
+        row.change(params);
+        if (params.samples >= study.options.samples) continue; // the reference would be no better
+        const Measured m = study.cache.render(row.name, study.voxel, params);
+        results.push_back({row, settingsOf(params), relativeError(m.image, reference, kRgb), m.cpu_seconds,
+                           params.samples == kSamples ? relativeError(m.image, same_rays, kRgb) : -1});
+    }
+    return results;
+}
+
+std::vector<Result> measureTransmittance(Study& study)
+{
+    RenderParams centre = study.base; // quick: four times as wide
+    centre.width *= 4;
+    centre.height *= 4;
+    centre.samples = 1;
+    centre.extinction = Extinction::isotropic;
+    centre.shadows = Shadows::none;
+    centre.ambient = Vec3d(0.0);
+    centre.cutoff = 0;
+    RenderParams reference = centre;
+    reference.filter = Filter::trilinear;
+    const Measured exact = study.cache.render("transmittance, trilinear, exact", study.voxel, reference, false);
+    std::vector<Result> results;
+    for (const Row& row : transmittanceRows()) {
+        RenderParams params = centre;
+        row.change(params);
+        const Measured m = study.cache.render("transmittance, " + row.family + " " + row.name, study.voxel, params, false);
+        results.push_back({row, settingsOf(params), relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
+    }
+    if (!hasProgram("vdb_render")) {
+        study.tool.say("vdb_render is not installed (libopenvdb-tools): the chart goes without it");
+        return results;
+    }
+    for (const double step : kPeerSteps) {
+        const Row row{fmt::format("{:g}", step), "vdb_render", {}};
+        const nlohmann::json key{
+            {"peer", "vdb_render"}, {"voxel", study.voxel}, {"step", step}, {"width", centre.width}, {"tau", study.base.tau}};
+        const Measured m = study.cache.remember("vdb_render " + row.name, key, [&] {
+            const fs::path volume = study.cache.volume(study.voxel);
+            return study.tool.stage("vdb_render, step " + row.name, [&](const Progress&) {
+                return vdbRender(study.scene, centre, volume, study.voxel, step, study.options.directory / "cache" / "vdb_render.exr");
+            });
+        });
+        results.push_back({row, {{"step", step}}, relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
+    }
+    return results;
+}
+
+/// Against the finest; draws into `panel`.
+std::vector<Result> measureVoxels(Study& study, ChartPanel& panel)
+{
+    RenderParams params = study.base;
+    params.samples = 16;
+    std::vector<Result> results;
+    Image truth;
+    for (const double factor : kVoxelFactors) {
+        const double size = factor * study.voxel;
+        const std::string name = fmt::format("{:.3g} mm", 1000 * size);
+        const Measured m = study.cache.render("voxels of " + name, size, params);
+        const double compose = study.cache.composeSeconds(size);
+        if (factor != 1) study.cache.forget(size);
+        panel.series[1].points.push_back({"", 1000 * size, m.cpu_seconds});
+        panel.series[2].points.push_back({"", 1000 * size, compose});
+        if (truth.pixels.empty()) {
+            truth = m.image;
+            continue;
+        }
+        const double error = relativeError(m.image, truth, kRgb);
+        panel.series[0].points.push_back({"", 1000 * size, error});
+        results.push_back({{name, "voxel size", {}}, {{"voxel_m", size}, {"compose_cpu_seconds", compose}}, error, m.cpu_seconds});
+    }
+    return results;
+}
+
+std::string csvRows(const char* panel, const std::vector<Result>& results)
+{
+    std::string csv;
+    for (const Result& r : results) {
+        std::string settings = r.settings.dump(), doubled;
+        for (const char c : settings) doubled += c == '"' ? "\"\"" : std::string(1, c);
+        csv += fmt::format("{},\"{}\",\"{}\",{:.4f},{:.6g},{},\"{}\"\n", panel, r.row.name, r.row.family, r.cpu_seconds, r.error,
+                           r.method_error < 0 ? "" : fmt::format("{:.6g}", r.method_error), doubled);
+    }
+    return csv;
+}
+
+RenderParams baseParams(const Scene& scene, int width)
+{
     RenderParams base = scene.render;
-    base.width = options.width;
-    base.height = std::max(1, int(std::lround(double(options.width) * scene.render.height / scene.render.width)));
+    base.width = width;
+    base.height = std::max(1, int(std::lround(double(width) * scene.render.height / scene.render.width)));
     base.crop = {};
     base.aovs = false;
     base.background = Vec3d(0.0);
@@ -311,68 +367,18 @@ void run(Tool& tool, const Options& options)
     base.shadows = Shadows::sweep;
     base.cutoff = 0.001;
     base.samples = kSamples;
+    return base;
+}
+
+void run(Tool& tool, const Options& options)
+{
+    if (!hasProgram("gnuplot")) throw Error("gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
+    const Scene scene = readScene(options.scene);
+    const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
     tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}", base.width, base.height, voxel,
                          (options.directory / "cache").string()));
-    ChartCache cache(tool, scene, options.directory / "cache");
-    std::string csv = "panel,name,family,cpu_seconds,error,error_without_sampling,settings\n";
-    const auto note = [&](const char* panel, const std::vector<Result>& results) {
-        for (const Result& r : results) {
-            std::string settings = r.settings.dump(), doubled;
-            for (const char c : settings) doubled += c == '"' ? "\"\"" : std::string(1, c);
-            csv += fmt::format("{},\"{}\",\"{}\",{:.4f},{:.6g},{},\"{}\"\n", panel, r.row.name, r.row.family, r.cpu_seconds, r.error,
-                               r.method_error < 0 ? "" : fmt::format("{:.6g}", r.method_error), doubled);
-        }
-    };
-
-    const Image reference =
-        cache.render(fmt::format("reference, {} samples", options.samples), voxel, radianceReference(base, options.samples)).image;
-    const Image same_rays = cache.render("reference, 4 samples", voxel, radianceReference(base, kSamples)).image;
-    const std::vector<std::string> rgb{"R", "G", "B"};
-    std::vector<Result> radiance;
-    for (const Row& row : radianceRows()) {
-        RenderParams params = base;
-        row.change(params);
-        if (params.samples >= options.samples) continue; // the reference would be no better
-        const Measured m = cache.render(row.name, voxel, params);
-        radiance.push_back({row, settingsOf(params), relativeError(m.image, reference, rgb), m.cpu_seconds,
-                            params.samples == kSamples ? relativeError(m.image, same_rays, rgb) : -1});
-    }
-    note("radiance", radiance);
-
-    RenderParams centre = base; // quick: four times as wide
-    centre.width *= 4;
-    centre.height *= 4;
-    centre.samples = 1;
-    centre.extinction = Extinction::isotropic;
-    centre.shadows = Shadows::none;
-    centre.ambient = Vec3d(0.0);
-    centre.cutoff = 0;
-    RenderParams centre_reference = centre;
-    centre_reference.filter = Filter::trilinear;
-    const Measured exact = cache.render("transmittance, trilinear, exact", voxel, centre_reference, false);
-    std::vector<Result> transmittance;
-    for (const Row& row : transmittanceRows()) {
-        RenderParams params = centre;
-        row.change(params);
-        const Measured m = cache.render("transmittance, " + row.family + " " + row.name, voxel, params, false);
-        transmittance.push_back({row, settingsOf(params), relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
-    }
-    if (hasProgram("vdb_render")) {
-        for (const double step : kPeerSteps) {
-            const Row row{fmt::format("{:g}", step), "vdb_render", {}};
-            const Measured m =
-                cache.remember("vdb_render " + row.name,
-                               {{"peer", "vdb_render"}, {"voxel", voxel}, {"step", step}, {"width", centre.width}, {"tau", base.tau}}, [&] {
-                                   const fs::path volume = cache.volume(voxel);
-                                   return tool.stage("vdb_render, step " + row.name, [&](const Progress&) {
-                                       return vdbRender(scene, centre, volume, voxel, step, options.directory / "cache" / "vdb_render.exr");
-                                   });
-                               });
-            transmittance.push_back({row, {{"step", step}}, relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
-        }
-    } else tool.say("vdb_render is not installed (libopenvdb-tools): the chart goes without it");
-    note("transmittance", transmittance);
+    Study study{tool, options, scene, voxel, base, {tool, scene, options.directory / "cache"}};
 
     ChartPanel sizes;
     sizes.title = "Voxel size (compose + render, sweep, 16 samples)";
@@ -380,29 +386,8 @@ void run(Tool& tool, const Options& options)
     sizes.y_label = "relative error (RMSE / mean)";
     sizes.right_label = "CPU seconds";
     sizes.series = {{"error", true, false, {}}, {"seconds, render", true, true, {}}, {"seconds, compose", true, true, {}}};
-    if (options.voxels) {
-        RenderParams params = base;
-        params.samples = 16;
-        std::vector<Result> by_voxel;
-        Image truth;
-        for (const double factor : kVoxelFactors) {
-            const double size = factor * voxel;
-            const std::string name = fmt::format("{:.3g} mm", 1000 * size);
-            const Measured m = cache.render("voxels of " + name, size, params);
-            const double compose = cache.composeSeconds(size);
-            if (factor != 1) cache.forget(size);
-            sizes.series[1].points.push_back({"", 1000 * size, m.cpu_seconds});
-            sizes.series[2].points.push_back({"", 1000 * size, compose});
-            if (truth.pixels.empty()) {
-                truth = m.image;
-                continue;
-            }
-            const double error = relativeError(m.image, truth, rgb);
-            sizes.series[0].points.push_back({"", 1000 * size, error});
-            by_voxel.push_back({{name, "voxel size", {}}, {{"voxel_m", size}, {"compose_cpu_seconds", compose}}, error, m.cpu_seconds});
-        }
-        note("voxel", by_voxel);
-    }
+    const std::vector<Result> radiance = measureRadiance(study), transmittance = measureTransmittance(study),
+                              by_voxel = options.voxels ? measureVoxels(study, sizes) : std::vector<Result>();
 
     std::vector<ChartPanel> panels{
         timeAgainstError(
@@ -419,7 +404,9 @@ void run(Tool& tool, const Options& options)
     panels[2].place = {0.39, 0.60, 0.22, 0.34};
     panels[3].place = {0.735, 0.60, 0.25, 0.34};
     tool.stage("draw", [&](const Progress&) { draw(panels, options.directory); });
-    writeText(options.directory / "results.csv", csv);
+    writeText(options.directory / "results.csv",
+              "panel,name,family,cpu_seconds,error,error_without_sampling,settings\n" + csvRows("radiance", radiance)
+                  + csvRows("transmittance", transmittance) + csvRows("voxel", by_voxel));
     const std::string table = choiceTables(radiance, transmittance);
     writeText(options.directory / "table.md", table);
     tool.say("wrote chart.svg, chart.png, results.csv and table.md in " + options.directory.string() + "\n" + table);
