@@ -59,8 +59,9 @@ Vec3d PixelSampler::position(int x, int y, int sample) const
     Random random(hashKey(hashKey(0x5eed, std::uint64_t(y) * m_width + x), sample));
     double u = random.uniform(), v = random.uniform();
     if (sample < m_side * m_side) {
-        u = (sample % m_side + u) / m_side;
-        v = (sample / m_side + v) / m_side;
+        const int row = sample / m_side, column = sample % m_side;
+        u = (column + u) / m_side;
+        v = (row + v) / m_side;
     }
     if (m_inverse.empty() && m_radius == 0.5) return {x + u, y + v, 0};
     return {x + 0.5 + warp(u), y + 0.5 + warp(v), 0};

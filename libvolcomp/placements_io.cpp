@@ -1,6 +1,7 @@
 #include "placements_io.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -54,7 +55,7 @@ void writePly(std::ostream& out, const std::vector<Placement>& placements, const
         };
         for (int i = 0; i < 3; ++i) put(p.position[i]);
         for (int i = 0; i < 3; ++i) put(p.y_axis[i]);
-        for (int i = 0; i < 3; ++i) put(static_cast<unsigned char>(std::clamp(p.tint[i], 0.0f, 1.0f) * 255 + 0.5f));
+        for (int i = 0; i < 3; ++i) put(static_cast<unsigned char>(std::lround(std::clamp(p.tint[i], 0.0f, 1.0f) * 255)));
         put(p.scale);
         put(p.box);
         put(p.layer);

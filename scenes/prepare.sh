@@ -7,9 +7,9 @@ bin=$root/build/release/bin
 
 say() { printf '== %s\n' "$*"; }
 
-install_packages() {
+install_packages() { # those of packages.txt and the arguments
     local wanted missing sudo=()
-    mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$root/packages.txt")
+    mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$root/packages.txt"; if [ $# -gt 0 ]; then printf '%s\n' "$@"; fi)
     mapfile -t missing < <(
         comm -23 <(printf '%s\n' "${wanted[@]}" | sort) \
                  <(dpkg-query -W -f='${db:Status-Abbrev} ${Package}\n' 2>/dev/null | awk '$1 == "ii" {print $2}' | sort -u))
