@@ -42,6 +42,47 @@ def grid(point, uv, nu, nv, flip=False):
     return vertices, coordinates, faces
 
 
+def normal(point, s, h):
+    """Unit normal of a parametric patch over the unit square, across its two directions; the normal of grid()'s faces."""
+    e = 1e-3
+    return unit(cross(sub(point(min(s + e, 1), h), point(max(s - e, 0), h)), sub(point(s, min(h + e, 1)), point(s, max(h - e, 0)))))
+
+
+def superellipse(c, d, power):
+    """Distance from the origin of the curve |x|^power + |y|^power = 1 in the direction (c, d)."""
+    return (abs(c) ** power + abs(d) ** power) ** (-1 / power)
+
+
+def sleeve(rows, side, s, h, flat, swell):
+    """Point of a garment's sleeve. rows: x, y, z of its axis and its radius, from the left shoulder to the end; side 1, or -1 for the right;
+    s in [0, 1] around from the seam on the inside, h in [0, 1] along; flat: depth as a part of the width; swell: of the radius r, a function."""
+    t = h * (len(rows) - 1)
+    x, y, z, r = spline(rows, t)
+    ax, ay, az, _ = sub(spline(rows, t + 0.01), spline(rows, t - 0.01))
+    axis = unit((ax, ay, az))
+    inner = unit(cross(axis, (0, 0, 1)))
+    front = cross(inner, axis)
+    angle, r = 2 * math.pi * s, swell(r)
+    p = add((x, y, z), add(mul(inner, r * math.cos(angle)), mul(front, r * math.sin(angle) * flat)))
+    return (side * p[0], p[1], p[2])
+
+
+def write_ball(path, radius, comment, across=96, up=48):
+    """A sphere around the origin as an OBJ file; `across` faces around the axis, `up` from pole to pole."""
+    with open(path, "w") as f:
+        f.write(f"# {comment}\nv 0 {-radius} 0\nv 0 {radius} 0\n")
+        for j in range(1, up):
+            for i in range(across):
+                a, b = 2 * math.pi * i / across, math.pi * (j / up - 0.5)
+                f.write("v %.6f %.6f %.6f\n" % (radius * math.cos(b) * math.sin(a), radius * math.sin(b), radius * math.cos(b) * math.cos(a)))
+        ring = lambda j, i: 3 + (j - 1) * across + i % across
+        for i in range(across):
+            f.write("f 1 %d %d\n" % (ring(1, i + 1), ring(1, i)))
+            for j in range(1, up - 1):
+                f.write("f %d %d %d %d\n" % (ring(j, i), ring(j, i + 1), ring(j + 1, i + 1), ring(j + 1, i)))
+            f.write("f 2 %d %d\n" % (ring(up - 1, i), ring(up - 1, i + 1)))
+
+
 def write_obj(path, patches):
     """An OBJ file of [(name, grid(...))], with texture coordinates."""
     with open(path, "w") as f:

@@ -17,7 +17,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import add, cross, grid, mul, noise, random, smoothstep, spline, sub, to_bytes, unit, write_obj, write_png  # noqa: E402
+from making import add, grid, mul, noise, normal, random, sleeve, smoothstep, spline, superellipse, to_bytes, write_obj, write_png  # noqa: E402
 
 SHEET = (2.3, 1.2)     # size of the texture sheet, metres
 TORSO_WIDTH = 1.68     # its part for the torso; the sleeves lie above each other beside it
@@ -51,29 +51,14 @@ def torso(s, h):
     angle = start + s * (2 * math.pi - 2 * start)
     fold = 1 + 0.035 * (1 - min(h / 0.55, 1)) * math.sin(9 * angle + 1.3) + 0.02 * (1 - min(h / 0.4, 1)) * math.sin(5 * angle)
     c, d = math.sin(angle), math.cos(angle)
-    r = (abs(c) ** n + abs(d) ** n) ** (-1 / n)
+    r = superellipse(c, d, n)
     return (a * r * c * fold, y, b * r * d * fold)
 
 
-def torso_normal(s, h):
-    e = 1e-3
-    du = sub(torso(min(s + e, 1), h), torso(max(s - e, 0), h))
-    dv = sub(torso(s, min(h + e, 1)), torso(s, max(h - e, 0)))
-    return unit(cross(du, dv))
-
-
-def sleeve(side, s, h):
+def sleeve_point(side, s, h):
     """Point of a sleeve; s in [0, 1] around, h in [0, 1] from the shoulder to the cuff; side is 1 or -1."""
-    t = h * (len(SLEEVE) - 1)
-    x, y, z, r = spline(SLEEVE, t)
-    ax, ay, az, _ = sub(spline(SLEEVE, t + 0.01), spline(SLEEVE, t - 0.01))
-    axis = unit((ax, ay, az))
-    inner = unit(cross(axis, (0, 0, 1)))               # the seam is on the inside
-    front = cross(inner, axis)
     wrinkle = 1 + 0.03 * math.exp(-((h - 0.55) / 0.12) ** 2) * math.sin(70 * h + 2 * math.cos(2 * math.pi * s))
-    angle = 2 * math.pi * s
-    p = add((x, y, z), add(mul(inner, r * wrinkle * math.cos(angle)), mul(front, r * wrinkle * math.sin(angle) * 0.92)))
-    return (side * p[0], p[1], p[2])
+    return sleeve(SLEEVE, side, s, h, 0.92, lambda r: r * wrinkle)
 
 
 def collar(t, w):
@@ -93,7 +78,7 @@ def collar(t, w):
     if side < 0:
         s = 1 - s
     bulge = 0.016 + 0.042 * math.sin(math.pi * min(1.0, w * 0.85 + 0.12)) * (0.6 + 0.4 * smooth)
-    p = add(torso(s, h), mul(torso_normal(s, h), bulge))
+    p = add(torso(s, h), mul(normal(torso, s, h), bulge))
     lift = 0.035 * smooth * (1 - w)
     return (p[0], p[1] + lift, p[2])
 
@@ -147,7 +132,7 @@ def main():
     w, h = SHEET
     patches = [("torso", grid(torso, lambda s, t: (s * TORSO_WIDTH / w, t * 1.06 / h), 160, 120))]
     for side, base in ((1, 0.0), (-1, 0.6)):
-        patches.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve(side, s, t),
+        patches.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve_point(side, s, t),
                                               lambda s, t, base=base: ((TORSO_WIDTH + 0.02 + s * 0.56) / w, (base + t * 0.599) / h),
                                               64, 72, flip=side > 0)))
     write_obj(os.path.join(out, "coat.obj"), patches)

@@ -16,7 +16,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import add, cross, grid, mul, spline, sub, to_bytes, unit, write_obj, write_png  # noqa: E402
+from making import add, cross, grid, mul, sleeve, spline, sub, superellipse, to_bytes, unit, write_obj, write_png  # noqa: E402
 
 SHEET = (3.0, 1.2)     # size of the texture sheet, metres
 TORSO_WIDTH = 1.90     # its part for the body; the sleeves lie above each other beside it
@@ -68,7 +68,7 @@ def torso(s, y):
     fold = 1 + below * (0.040 * math.sin(8 * angle + 1.0) + 0.022 * math.sin(5 * angle + 2.2)) + 0.020 * gather * math.sin(23 * angle + 3 * math.sin(3 * angle))
     fold += 0.012 * smooth(0.55, 0.66, y) * smooth(0.95, 0.8, y) * math.sin(6 * angle + 9 * y)
     c, d = math.sin(angle), math.cos(angle)
-    r = (abs(c) ** n + abs(d) ** n) ** (-1 / n) * fold
+    r = superellipse(c, d, n) * fold
     over = 0.020 * (1 - smooth(0, 0.5, angle - start)) * smooth(0.93, 0.80, y)   # the upper front lies before the lower one
     under = 0.006 * smooth(2 * math.pi - 0.6, 2 * math.pi, angle) * smooth(0.93, 0.80, y)
     return (a * r * c, y, (b + over - under) * r * d)
@@ -79,25 +79,18 @@ def torso_normal(s, y):
     return unit(cross(sub(torso(min(s + e, 1), y), torso(max(s - e, 0), y)), sub(torso(s, y + e), torso(s, y - e))))
 
 
-def sleeve(side, s, h, grow=0.0):
+def sleeve_point(side, s, h, grow=0.0):
     """Point of a sleeve; s in [0, 1] around, h in [0, 1] from the shoulder to its end; side is 1 or -1."""
-    t = h * (len(SLEEVE) - 1)
-    x, y, z, r = spline(SLEEVE, t)
-    ax, ay, az, _ = sub(spline(SLEEVE, t + 0.01), spline(SLEEVE, t - 0.01))
-    axis = unit((ax, ay, az))
-    inner = unit(cross(axis, (0, 0, 1)))               # the seam is on the inside
-    front = cross(inner, axis)
     angle = 2 * math.pi * s
     wrinkle = 1 + 0.045 * math.exp(-((h - 0.5) / 0.2) ** 2) * math.sin(34 * h + 2 * math.cos(angle + 0.4)) + 0.04 * h * math.sin(3 * angle + 0.7)
-    p = add((x, y, z), add(mul(inner, (r + grow) * wrinkle * math.cos(angle)), mul(front, (r + grow) * wrinkle * math.sin(angle) * 0.80)))
-    return (side * p[0], p[1], p[2])
+    return sleeve(SLEEVE, side, s, h, 0.80, lambda r: (r + grow) * wrinkle)
 
 
 def cuff(side, s, w):
     """Point of a turned-up cuff; w in [0, 1] from its upper edge over its end to the inside."""
     h = min(0.80 + 0.235 * w, 1.0)
     grow = 0.017 * math.sqrt(max(0.0, 1 - max(0.0, (w - 0.85) / 0.15) ** 2)) * smooth(-0.02, 0.05, w)
-    return sleeve(side, s, h, grow)
+    return sleeve_point(side, s, h, grow)
 
 
 def collar(t, w):
@@ -128,7 +121,7 @@ def band(path, width, thick, normal, tapered, power=3.0):
         b = cross(tangent, n)
         angle = 2 * math.pi * s
         c, d = math.cos(angle), math.sin(angle)
-        r = (abs(c) ** power + abs(d) ** power) ** (-1 / power)
+        r = superellipse(c, d, power)
         cap = math.sqrt(max(0.01, 1 - max(0.0, abs(2 * t - 1) - 0.97) ** 2 / 0.03 ** 2)) if tapered else 1  # not to a point: faces keep an area
         return add(path(t), add(mul(b, width / 2 * r * c * cap), mul(n, thick / 2 * r * d * cap)))
     return point
@@ -140,7 +133,7 @@ def belt_parts():
         angle = 2 * math.pi * t
         _, a, b, n, _ = profile(BELT)
         c, d = math.sin(angle), math.cos(angle)
-        r = (abs(c) ** n + abs(d) ** n) ** (-1 / n)
+        r = superellipse(c, d, n)
         return ((a + 0.020) * r * c, BELT + 0.006 * math.cos(angle) + 0.004 * math.sin(3 * angle), (b + 0.040) * r * d)
 
     def outward(t):
@@ -206,7 +199,7 @@ def main():
     robe = [("body", grid(lambda s, t: torso(s, t * 1.05), lambda s, t: (s * TORSO_WIDTH / w, t * 1.05 / h), 240, 150))]
     trim = [("collar", grid(collar, lambda t, u: (u * 0.09, t * 1.6), 200, 24, flip=True))]
     for side, base in ((1, 0.0), (-1, 0.6)):
-        robe.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve(side, s, t),
+        robe.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve_point(side, s, t),
                                            lambda s, t, base=base: ((TORSO_WIDTH + 0.02 + s * 0.735) / w, (base + t * 0.599) / h),
                                            72, 72, flip=side > 0)))
         trim.append((f"cuff{side}", grid(lambda s, t, side=side: cuff(side, s, t), lambda s, t: (t * 0.13, s * 0.74), 72, 24, flip=side > 0)))

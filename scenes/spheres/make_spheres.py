@@ -6,24 +6,11 @@
 
 Units are metres; the ball is scaled and moved by the scene.
 """
-import math
 import os
 import sys
 
-
-def ball(path, across=96, up=48):
-    with open(path, "w") as f:
-        f.write("# made by make_spheres.py\nv 0 -1 0\nv 0 1 0\n")
-        for j in range(1, up):
-            for i in range(across):
-                a, b = 2 * math.pi * i / across, math.pi * (j / up - 0.5)
-                f.write("v %.6f %.6f %.6f\n" % (math.cos(b) * math.sin(a), math.sin(b), math.cos(b) * math.cos(a)))
-        ring = lambda j, i: 3 + (j - 1) * across + i % across
-        for i in range(across):
-            f.write("f 1 %d %d\n" % (ring(1, i + 1), ring(1, i)))
-            for j in range(1, up - 1):
-                f.write("f %d %d %d %d\n" % (ring(j, i), ring(j, i + 1), ring(j + 1, i + 1), ring(j + 1, i)))
-            f.write("f 2 %d %d\n" % (ring(up - 1, i), ring(up - 1, i + 1)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from making import write_ball  # noqa: E402
 
 
 def slab(path, low, high):
@@ -38,7 +25,7 @@ def slab(path, low, high):
 def main():
     out = sys.argv[1]
     os.makedirs(out, exist_ok=True)
-    ball(os.path.join(out, "ball.obj"))
+    write_ball(os.path.join(out, "ball.obj"), 1, "made by make_spheres.py")
     slab(os.path.join(out, "floor.obj"), (-0.78, -0.048, -0.24), (0.78, 0.0, 1.12))
 
 
