@@ -67,6 +67,25 @@ def sleeve(rows, side, s, h, flat, swell):
     return (side * p[0], p[1], p[2])
 
 
+def lathe(rows, x, z):
+    """Point of a body of revolution about the upright line at (x, z), for grid(); rows: radius and height, from the bottom to the top."""
+    def point(s, h):
+        r, y = spline(rows, h * (len(rows) - 1))
+        return (x + r * math.sin(2 * math.pi * s), y, z + r * math.cos(2 * math.pi * s))
+    return point
+
+
+def tube(rows, radius):
+    """Point of a round tube through rows of (x, y, z), for grid(); it must not run along +z."""
+    def point(s, h):
+        t = h * (len(rows) - 1)
+        axis = unit(sub(spline(rows, t + 0.01), spline(rows, t - 0.01)))
+        side = unit(cross(axis, (0, 0, 1)))
+        angle = 2 * math.pi * s
+        return add(spline(rows, t), add(mul(side, radius * math.cos(angle)), mul(cross(side, axis), radius * math.sin(angle))))
+    return point
+
+
 def write_ball(path, radius, comment, across=96, up=48):
     """A sphere around the origin as an OBJ file; `across` faces around the axis, `up` from pole to pole."""
     with open(path, "w") as f:

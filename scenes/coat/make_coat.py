@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Makes the fur coat's surfaces and maps: a garment with sleeves, a shawl collar and an open front, on nobody.
+"""Makes the fur coat's surfaces and maps: a garment with sleeves, a shawl collar and an open front, on a tailor's dummy.
 
     make_coat.py DIR
 
-writes DIR/coat.obj (body and sleeves), DIR/collar.obj, and the maps of the body's texture space, which is in metres
-divided by the size of the sheet, so that nothing is stretched:
+writes DIR/coat.obj (body and sleeves), lining.obj, collar.obj, dummy.obj (covered with linen), wood.obj (its neck and its pole),
+wall.obj behind it, and wall.png, the light that falls off towards the wall's edges. The maps of the body's texture space, which is in metres
+divided by the size of the sheet, so that nothing is stretched, are
     spots.png   colour: leopard rosettes on a ground that pales towards the hem and the front edges
     cuffs.png   second density: 1 on the cuffs and the hem, 0 elsewhere
     body.png    second density: the rest
@@ -17,31 +18,40 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import add, grid, mul, noise, normal, random, sleeve, smoothstep, spline, superellipse, to_bytes, write_obj, write_png  # noqa: E402
+from making import (add, grid, lathe, mul, noise, normal, random, sleeve, smoothstep, spline, superellipse, to_bytes, tube,  # noqa: E402
+                    write_obj, write_png)
 
-SHEET = (2.3, 1.2)     # size of the texture sheet, metres
+SHEET = (2.3, 1.4)     # size of the texture sheet, metres
 TORSO_WIDTH = 1.68     # its part for the torso; the sleeves lie above each other beside it
 PIXEL = 0.002          # metres a pixel of the maps
 
 # height, half width (x), half depth (z), exponent of the superellipse, half width of the front opening
 PROFILE = [
-    (0.00, 0.350, 0.285, 2.0, 0.100),
-    (0.25, 0.315, 0.250, 2.0, 0.075),
-    (0.48, 0.275, 0.210, 2.0, 0.050),
-    (0.70, 0.285, 0.205, 2.2, 0.045),
-    (0.84, 0.270, 0.180, 2.4, 0.050),
-    (0.93, 0.215, 0.140, 2.3, 0.055),
-    (1.00, 0.135, 0.105, 2.0, 0.060),
-    (1.06, 0.092, 0.090, 2.0, 0.060),
+    (0.00, 0.350, 0.285, 2.0, 0.105),
+    (0.30, 0.318, 0.250, 2.0, 0.080),
+    (0.58, 0.278, 0.210, 2.0, 0.055),
+    (0.84, 0.282, 0.205, 2.2, 0.048),
+    (1.00, 0.270, 0.180, 2.4, 0.050),
+    (1.09, 0.215, 0.140, 2.3, 0.055),
+    (1.16, 0.135, 0.105, 2.0, 0.060),
+    (1.22, 0.092, 0.090, 2.0, 0.060),
 ]
 SLEEVE = [  # x, y, z of the axis, radius
-    (0.130, 0.895, -0.010, 0.070),
-    (0.222, 0.838, -0.010, 0.095),
-    (0.300, 0.730, -0.015, 0.092),
-    (0.345, 0.590, 0.000, 0.086),
-    (0.372, 0.460, 0.040, 0.082),
-    (0.385, 0.350, 0.085, 0.084),
+    (0.130, 1.055, -0.010, 0.070),
+    (0.222, 0.998, -0.010, 0.095),
+    (0.298, 0.885, -0.015, 0.092),
+    (0.340, 0.735, 0.000, 0.086),
+    (0.364, 0.590, 0.040, 0.082),
+    (0.378, 0.465, 0.085, 0.084),
 ]
+DUMMY = [  # height, half width, half depth
+    (0.52, 0.150, 0.115), (0.64, 0.190, 0.140), (0.82, 0.165, 0.125), (0.98, 0.200, 0.140), (1.07, 0.160, 0.105), (1.13, 0.095, 0.080),
+    (1.18, 0.064, 0.068), (1.31, 0.058, 0.062),
+]
+NECK = [  # radius, height
+    (0.058, 1.300), (0.072, 1.306), (0.074, 1.322), (0.050, 1.336), (0.020, 1.350), (0.027, 1.372), (0.022, 1.390), (0.001, 1.396)]
+WALL = (-2.0, -0.75, 1.5, 1.95)  # x and y of its lower left corner and of its upper right one
+WALL_Z = -0.75
 
 
 def torso(s, h):
@@ -53,6 +63,23 @@ def torso(s, h):
     c, d = math.sin(angle), math.cos(angle)
     r = superellipse(c, d, n)
     return (a * r * c * fold, y, b * r * d * fold)
+
+
+def lining(s, h):
+    """Point of the lining, below the roots of tufts that lean."""
+    h = 0.006 + 0.980 * h
+    return add(torso(s, h), mul(normal(torso, s, h), -0.016))
+
+
+def dummy(s, h):
+    y, a, b = spline(DUMMY, h * (len(DUMMY) - 1))
+    c, d = math.sin(2 * math.pi * s), math.cos(2 * math.pi * s)
+    r = superellipse(c, d, 2.2)
+    return (a * r * c, y, b * r * d)
+
+
+def wall(s, h):
+    return (WALL[0] + s * (WALL[2] - WALL[0]), WALL[1] + h * (WALL[3] - WALL[1]), WALL_Z)
 
 
 def sleeve_point(side, s, h):
@@ -83,7 +110,7 @@ def collar(t, w):
     return (p[0], p[1] + lift, p[2])
 
 
-SPACING = 0.085  # of the rosettes, metres
+SPACING = 0.066  # of the rosettes, metres
 
 
 def rosettes(x, y):
@@ -112,7 +139,7 @@ def maps(out):
     width, height = int(SHEET[0] / PIXEL), int(SHEET[1] / PIXEL)
     x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL, SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
     rag = noise(x / 0.02, y / 0.02, 3) - 0.5
-    along = (y % 0.6) / 0.6                            # of a sleeve: 0 at the shoulder, 1 at the cuff
+    along = (y % 0.7) / 0.7                            # of a sleeve: 0 at the shoulder, 1 at the cuff
     torso_part = x < TORSO_WIDTH
     trim = np.where(torso_part, 1 - smoothstep(0.050, 0.062, y + 0.006 * rag), smoothstep(0.855, 0.870, along + 0.01 * rag))
     pale = np.where(torso_part, 0.55 * (1 - smoothstep(0, 0.30, np.minimum(x, TORSO_WIDTH - x))), 0.25 * along)
@@ -124,19 +151,27 @@ def maps(out):
     write_png(os.path.join(out, "spots.png"), to_bytes(colour))
     write_png(os.path.join(out, "cuffs.png"), to_bytes(trim))
     write_png(os.path.join(out, "body.png"), 255 - to_bytes(trim))
+    s, t = np.meshgrid(np.linspace(-1, 1, 175), np.linspace(1, -1, 135))
+    write_png(os.path.join(out, "wall.png"), to_bytes(1 - 0.55 * smoothstep(0.15, 1.15, np.hypot(s - 0.05, 0.8 * (t - 0.15)))))
 
 
 def main():
     out = sys.argv[1]
     os.makedirs(out, exist_ok=True)
     w, h = SHEET
-    patches = [("torso", grid(torso, lambda s, t: (s * TORSO_WIDTH / w, t * 1.06 / h), 160, 120))]
-    for side, base in ((1, 0.0), (-1, 0.6)):
+    patches = [("torso", grid(torso, lambda s, t: (s * TORSO_WIDTH / w, torso(s, t)[1] / h), 160, 120))]
+    for side, base in ((1, 0.0), (-1, 0.7)):
         patches.append((f"sleeve{side}", grid(lambda s, t, side=side: sleeve_point(side, s, t),
-                                              lambda s, t, base=base: ((TORSO_WIDTH + 0.02 + s * 0.56) / w, (base + t * 0.599) / h),
+                                              lambda s, t, base=base: ((TORSO_WIDTH + 0.02 + s * 0.56) / w, (base + t * 0.699) / h),
                                               64, 72, flip=side > 0)))
+    plain = lambda s, t: (s, t)
     write_obj(os.path.join(out, "coat.obj"), patches)
-    write_obj(os.path.join(out, "collar.obj"), [("collar", grid(collar, lambda t, u: (t, u), 160, 24, flip=True))])
+    write_obj(os.path.join(out, "lining.obj"), [("lining", grid(lining, plain, 160, 120))])
+    write_obj(os.path.join(out, "collar.obj"), [("collar", grid(collar, plain, 160, 24, flip=True))])
+    write_obj(os.path.join(out, "dummy.obj"), [("dummy", grid(dummy, plain, 48, 64))])
+    write_obj(os.path.join(out, "wood.obj"), [("neck", grid(lathe(NECK, 0, 0), plain, 40, 40)),
+                                              ("pole", grid(tube([(0, -1.0, 0), (0, 0.55, 0)], 0.017), plain, 24, 4))])
+    write_obj(os.path.join(out, "wall.obj"), [("wall", grid(wall, plain, 1, 1))])
     maps(out)
 
 

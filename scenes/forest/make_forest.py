@@ -4,9 +4,10 @@
     make_forest.py DIR
 
 writes DIR/land.obj, a height field as far as the camera sees; DIR/roots.obj, the same with every normal upright, because trees
-grow upright on a slope; ground.png, the ground's colours (soil, moss, grass); and the second densities meadow, oak, birch, spruce,
-dead, bush (.png). A map is 256 x 256 and covers x from -160 to 160, z from -340 to -20: strokes that a brush could have painted.
-haze.png is the factor on colours that distance brings.
+grow upright on a slope; ground.png, the ground's colours (soil, moss, grass); autumn.png, what the season does to the colour of each broadleaf;
+and the second densities meadow, oak, birch, spruce, dead, bush (.png). A map is 256 x 256 and covers x from -160 to 160, z from -340 to -20:
+strokes that a brush could have painted. haze.obj is a row of sheets across the view, which the scene makes faintly opaque; sky.obj is a screen behind
+the last hill, sky.png the clouds painted on it.
 Units are metres, y is up, the camera stands 45 m behind the origin, on a hill, and looks along -z. Everything follows from the numbers below.
 """
 import math
@@ -16,13 +17,21 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import noise, smoothstep, to_bytes, write_png  # noqa: E402
+from making import grid, noise, random, smoothstep, to_bytes, write_obj, write_png  # noqa: E402
 
 LOW, SIZE = (-160.0, -340.0), 320.0
 NEAR, FAR = 22.0, 340.0
 HALF_ANGLE = 20.5      # of the wedge that is made, degrees
 BACK = 45.0            # from the camera to the origin
 MAP = 256
+EYE = 25.0             # height of the camera
+SKY = 420.0            # distance of the screen that the sky is painted on
+HAZE = (128, 158, 192, 230, 272, 318)
+
+
+TREES = [  # that stand in the meadow: what, x, distance, radius
+    ("bush", -15, 48, 4), ("bush", 14, 56, 5), ("oak", -20, 66, 4.5), ("birch", 21, 56, 3.5), ("oak", 27, 80, 5), ("birch", 9, 90, 5),
+    ("birch", -6, 98, 4), ("spruce", -27, 82, 5), ("dead", -29, 74, 3.0), ("dead", 33, 84, 3.0), ("spruce", 24, 66, 3.0)]
 
 
 def height(x, z):
@@ -52,6 +61,30 @@ def write_land(path, upright, across=150, along=260):
                 f.write("f " + " ".join(corner.format(k) for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
 
 
+def screen(d, low):
+    """An upright sheet across the camera's view at a distance, from the height `low` up."""
+    half, high = 0.364 * (d + BACK) + 3, EYE + 0.235 * (d + BACK)
+    return lambda s, t: (half * (2 * s - 1), low + t * (high - low), -d)
+
+
+def clouds(x, y):
+    return sum(noise(x * 2 ** k, y * 2 ** k, 20 + k) * 0.5 ** (k + 1) for k in range(6))
+
+
+def sky(width=800, height=400):
+    """From the horizon's haze to blue, with fair-weather clouds in perspective."""
+    s, t = np.meshgrid(np.linspace(-0.364, 0.364, width), np.linspace(0.235, -0.01, height))    # tangents of the angles from the view's axis
+    rise = np.maximum(t - 0.06, 0)
+    x, y = s / (rise + 0.10) * 2.2 + 7, 0.85 / (rise + 0.10)
+    here, sunwards = clouds(x, y * 1.6), clouds(x - 0.16, y * 1.6 - 0.10)
+    cover = smoothstep(0.50, 0.64, here)[..., None]
+    shade = np.clip(0.90 + 1.6 * (here - sunwards), 0.74, 1.0)[..., None]
+    fade = smoothstep(0.0, 0.17, rise)[..., None]
+    blue = np.array([0.80, 0.87, 0.93]) * (1 - fade) + np.array([0.30, 0.52, 0.82]) * fade
+    white = np.array([0.98, 0.97, 0.95]) * shade + np.array([0.0, 0.01, 0.04]) * (1 - shade)
+    return blue + (white - blue) * cover * smoothstep(0.0, 0.04, rise)[..., None]
+
+
 def main():
     out = sys.argv[1]
     os.makedirs(out, exist_ok=True)
@@ -78,7 +111,7 @@ def main():
         "bush": np.clip(edge * 1.2 + 0.10 * glade * smoothstep(0.55, 0.75, noise(x / 9, z / 9, 5)) + 0.35 * wood * smoothstep(140, 60, d), 0, 1),
         "dead": np.clip(wood * 0.09 * high, 0, 1),
     }
-    for name, cx, cd, r in (("dead", -11, 51, 2.0), ("dead", 19, 60, 2.5), ("bush", -15, 48, 4), ("bush", 14, 56, 5), ("oak", -20, 66, 4.5), ("birch", 21, 56, 3.5), ("oak", 27, 80, 5), ("birch", 9, 90, 5), ("birch", -6, 98, 4), ("spruce", -27, 82, 5)):
+    for name, cx, cd, r in TREES:
         maps[name] = np.maximum(maps[name], smoothstep(r, r - 2, np.hypot(x - cx, d - cd)))                    # trees in the meadow
     for name, value in maps.items():
         write_png(os.path.join(out, name + ".png"), to_bytes(value[::-1]))
@@ -89,9 +122,14 @@ def main():
     floor = soil + (moss - soil) * damp
     open_land = grass + (soil - grass) * bare * 0.7
     write_png(os.path.join(out, "ground.png"), to_bytes(floor + (open_land - floor) * glade[..., None])[::-1])
-    far = smoothstep(80, 335, d)[..., None]
-    near_colour, far_colour = np.array([0.50, 0.50, 0.50]), np.array([0.62, 0.74, 0.98])                   # 0.5 means 1
-    write_png(os.path.join(out, "haze.png"), to_bytes(near_colour + (far_colour - near_colour) * far)[::-1])
+    turned = (0.7 * smoothstep(0.40, 0.75, noise(x / 45, z / 45, 8)) + 0.5 * random(*np.indices(x.shape), 9) ** 2)[..., None]     # each tree in its time
+    autumn = np.array([0.60, 0.60, 0.60]) * (1 - turned) + np.array([1.45, 0.80, 0.45]) * turned                            # factors on colours
+    write_png(os.path.join(out, "autumn.png"), to_bytes((autumn / 1.5) ** (1 / 2.2))[::-1])
+    plain = lambda s, t: (s, t)
+    lowest = lambda d: float(height(np.linspace(-160, 160, 321), -d * np.ones(321)).min())
+    write_obj(os.path.join(out, "haze.obj"), [(f"haze{d}", grid(screen(d, lowest(d) - 1), plain, 1, 1)) for d in HAZE])
+    write_obj(os.path.join(out, "sky.obj"), [("sky", grid(screen(SKY, EYE - 0.01 * (SKY + BACK)), plain, 1, 1))])
+    write_png(os.path.join(out, "sky.png"), to_bytes(sky()))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 
 writes DIR/ground.obj, the uneven ground that the camera sees, and coarse maps of where what grows, 96 x 96 over the square
 from (-1.5, -2.2) to (1.5, 0.8) in x and z: shrubs.png, ferns.png, broad.png, daisies.png, poppies.png,
-lupins.png, grass.png.
+lupins.png, grass.png. garden.obj is a screen behind the plants; garden.png is what is painted on it, the rest of the garden out of focus.
 Units are metres, y is up, the camera stands at +z. Everything follows from the numbers below; no random state.
 """
 import math
@@ -15,7 +15,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import to_bytes, write_png  # noqa: E402
+from making import grid, noise, random, smoothstep, to_bytes, write_obj, write_png  # noqa: E402
 
 LOW, SIZE = (-1.5, -2.2), 3.0
 FRONT, BACK = 0.62, -1.75          # of the ground, z
@@ -42,6 +42,24 @@ def write_ground(path, across=90, along=110):
                 f.write("f " + " ".join(f"{k}/{k}" for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
 
 
+def screen(s, t):
+    return (3.6 * (s - 0.5), -0.2 + 1.9 * t, -2.1)
+
+
+def garden(width=360, height=190):
+    """Foliage and light between leaves, out of focus: soft discs over a ground that brightens upwards."""
+    x, y = np.meshgrid(np.linspace(0, 3.6, width), np.linspace(1.9, 0, height))
+    high = smoothstep(0.5, 1.7, y + 0.5 * (noise(x / 0.6, y / 0.6, 1) - 0.5))[..., None]
+    colour = np.array([0.13, 0.22, 0.10]) * (1 - high) + np.array([0.40, 0.52, 0.26]) * high
+    for k in range(260):
+        cx, cy, size, warm = (float(random(k, m, 2)) for m in range(4))
+        cx, cy, r = 3.6 * cx, 0.5 + 1.4 * cy ** 0.8, 0.05 + 0.09 * size
+        light = np.array([0.62, 0.72, 0.30]) * (1 - warm ** 4) + np.array([0.92, 0.86, 0.60]) * warm ** 4
+        disc = smoothstep(r, 0.80 * r, np.hypot(x - cx, y - cy))[..., None] * (0.08 + 0.30 * float(random(k, 4, 2)) ** 2)
+        colour = colour + (light - colour) * disc
+    return colour
+
+
 # strokes of the brush: x, z, radius
 STROKES = {
     "shrubs": [(-1.1, -1.45, 0.45), (-0.3, -1.65, 0.4), (0.5, -1.65, 0.45), (1.25, -1.45, 0.45)],
@@ -57,6 +75,8 @@ def main():
     out = sys.argv[1]
     os.makedirs(out, exist_ok=True)
     write_ground(os.path.join(out, "ground.obj"))
+    write_obj(os.path.join(out, "garden.obj"), [("garden", grid(screen, lambda s, t: (s, t), 1, 1))])
+    write_png(os.path.join(out, "garden.png"), to_bytes(garden()))
     n = 96
     x, z = np.meshgrid(LOW[0] + SIZE * (np.arange(n) + 0.5) / n, LOW[1] + SIZE * (np.arange(n) + 0.5) / n)
     covered = np.zeros((n, n))

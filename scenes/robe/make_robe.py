@@ -1,12 +1,13 @@
 #!/usr/bin/python3
-"""Makes the bathrobe's surfaces and maps: wrapped in front, closed by a knotted belt, with wide sleeves and a shawl collar, on nobody.
+"""Makes the bathrobe's surfaces and maps: wrapped in front, closed by a belt with a bow, with wide sleeves and a shawl collar, on a hanger.
 
     make_robe.py DIR
 
-writes DIR/robe.obj (body and sleeves), DIR/trim.obj (collar and turned-up cuffs), DIR/belt.obj, and the maps of the robe's texture
-space, which is in metres divided by the size of the sheet:
-    pattern.png   colour: woven stripes, and a border of lozenges at the hem and the sleeves' ends
+writes DIR/robe.obj (body and sleeves), trim.obj (collar and turned-up cuffs), belt.obj, wood.obj (hanger and peg), hook.obj, wall.obj, and the maps
+    pattern.png   colour of the robe: woven stripes, and a border of lozenges at the hem and the sleeves' ends; its texture space is in
+                  metres divided by the size of the sheet
     ribs.png      factor on the size of loops: the ribs of collar, cuffs and belt, one period across
+    wall.png      colour of the wall: tiles, darker towards its edges
 Units are metres, the hem is at y = 0, the front looks along +z. Everything follows from the numbers below; no random state.
 """
 import math
@@ -16,7 +17,8 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import add, cross, grid, mul, sleeve, spline, sub, superellipse, to_bytes, unit, write_obj, write_png  # noqa: E402
+from making import (add, cross, grid, lathe, mul, random, sleeve, smoothstep, spline, sub, superellipse, to_bytes, tube, unit,  # noqa: E402
+                    write_obj, write_png)
 
 SHEET = (3.0, 1.2)     # size of the texture sheet, metres
 TORSO_WIDTH = 1.90     # its part for the body; the sleeves lie above each other beside it
@@ -143,7 +145,7 @@ def belt_parts():
     knot_x, knot_z = -0.030, 0.209
     def knot(t):                                       # a turn around the band, leaning
         angle = 2 * math.pi * t
-        return (knot_x + 0.012 * math.sin(angle), BELT + 0.004 + 0.036 * math.cos(angle), knot_z + 0.008 + 0.024 * math.sin(angle))
+        return (knot_x + 0.014 * math.sin(angle), BELT + 0.002 + 0.046 * math.cos(angle), knot_z + 0.016 + 0.034 * math.sin(angle))
 
     def knot_out(t):
         angle = 2 * math.pi * t
@@ -155,7 +157,17 @@ def belt_parts():
                 (knot_x + 1.1 * dx, BELT - length, knot_z + 0.072 + z)]
         return lambda t: spline(rows, t * 4)
 
-    return [(band(waist, 0.056, 0.024, outward, False), 1.35, 220), (band(knot, 0.058, 0.024, knot_out, False), 0.19, 48),
+    def bow(dx, drop):                                 # out in front, back behind
+        rows = [(0.0, 0.006, 0.030), (0.45 * dx, 0.022, 0.052), (0.88 * dx, -0.3 * drop, 0.048), (dx, -drop, 0.022),
+                (0.85 * dx, -drop, 0.004), (0.40 * dx, -0.3 * drop, 0.008), (0.0, 0.0, 0.010)]
+        return lambda t: add((knot_x, BELT, knot_z), spline(rows, t * 6))
+
+    def loop(path, lean):
+        e = 1e-3
+        return band(path, 0.050, 0.020, lambda t: cross(sub(path(min(t + e, 1.0)), path(max(t - e, 0.0))), (lean, 1.0, 0.0)), False)
+
+    return [(loop(bow(-0.135, 0.050), -0.35), 0.30, 70), (loop(bow(0.140, 0.040), 0.30), 0.30, 70),
+            (band(waist, 0.056, 0.024, outward, False), 1.35, 220), (band(knot, 0.066, 0.028, knot_out, False), 0.26, 48),
             (band(end(-0.075, 0.30, 0.0, 0.008), 0.050, 0.018, lambda t: (-0.15, 0.25, 1.0), True), 0.32, 70),
             (band(end(0.060, 0.36, 0.003, -0.010), 0.050, 0.018, lambda t: (0.20, 0.25, 1.0), True), 0.38, 70)]
 
@@ -187,6 +199,36 @@ def pattern():
     return colour
 
 
+HANGER = [(-0.185, 0.905), (-0.12, 0.95), (-0.04, 0.992), (0.0, 1.0), (0.04, 0.992), (0.12, 0.95), (0.185, 0.905)]  # x, y of its middle
+HOOK = [(0.0, 0.99), (0.0, 1.09), (-0.012, 1.145), (-0.031, 1.178), (-0.035, 1.203), (-0.024, 1.229), (0.0, 1.238),
+        (0.024, 1.229), (0.035, 1.203), (0.028, 1.180)]
+HANGER_Z = -0.01
+PEG = [(0.013, -0.40), (0.013, 0.005), (0.024, 0.012), (0.026, 0.024), (0.018, 0.036), (0.001, 0.040)]  # radius, z
+PEG_Y = 1.218
+WALL = (-1.4, -0.5, 1.1, 1.6)  # x and y of its lower left corner and of its upper right one
+WALL_Z = -0.36
+TILE, JOINT = 0.150, 0.004     # metres
+
+
+def peg(s, h):
+    x, z, y = lathe(PEG, 0, 0)(s, h)
+    return (x, PEG_Y + y, z)
+
+
+def wall(s, h):
+    return (WALL[0] + s * (WALL[2] - WALL[0]), WALL[1] + h * (WALL[3] - WALL[1]), WALL_Z)
+
+
+def tiles():
+    x, y = np.meshgrid(np.arange(WALL[0], WALL[2], 0.002), np.arange(WALL[3], WALL[1], -0.002))
+    i, j = np.floor(x / TILE), np.floor(y / TILE)
+    edge = np.minimum(np.minimum(x - i * TILE, (i + 1) * TILE - x), np.minimum(y - j * TILE, (j + 1) * TILE - y))
+    glaze = np.array([0.88, 0.88, 0.85]) * (0.92 + 0.10 * random(i.astype(np.int64) + 99, j.astype(np.int64) + 99, 1))[..., None]
+    glaze = glaze * (1 - 0.12 * smoothstep(0.012, 0.003, edge))[..., None]
+    colour = np.where((edge < JOINT / 2 + 0.0005)[..., None], np.array([0.70, 0.70, 0.68]), glaze)
+    return colour * (1 - 0.38 * smoothstep(0.30, 1.25, np.hypot(x - 0.05, 1.1 * (y - 0.68))))[..., None]
+
+
 def ribs():
     v = 0.80 + 0.20 * np.cos(2 * np.pi * (np.arange(16) + 0.5) / 16)
     return np.broadcast_to(v[None, :, None], (2, 16, 3))
@@ -207,6 +249,12 @@ def main():
     write_obj(os.path.join(out, "trim.obj"), trim)
     write_obj(os.path.join(out, "belt.obj"), [(f"belt{k}", grid(p, lambda s, t, length=length: (s * 0.14, t * length), 28, along, flip=True))
                                               for k, (p, length, along) in enumerate(belt_parts())])
+    plain = lambda s, t: (s, t)
+    write_obj(os.path.join(out, "wood.obj"), [("hanger", grid(tube([(x, y, HANGER_Z) for x, y in HANGER], 0.013), plain, 24, 48)),
+                                              ("peg", grid(peg, plain, 32, 40, flip=True))])
+    write_obj(os.path.join(out, "hook.obj"), [("hook", grid(tube([(x, y, HANGER_Z) for x, y in HOOK], 0.0045), plain, 16, 90))])
+    write_obj(os.path.join(out, "wall.obj"), [("wall", grid(wall, plain, 1, 1))])
+    write_png(os.path.join(out, "wall.png"), to_bytes(tiles()))
     write_png(os.path.join(out, "pattern.png"), to_bytes(pattern()))
     write_png(os.path.join(out, "ribs.png"), to_bytes(ribs()))
 
