@@ -54,8 +54,9 @@ def superellipse(c, d, power):
 
 
 def sleeve(rows, side, s, h, flat, swell):
-    """Point of a garment's sleeve. rows: x, y, z of its axis and its radius, from the left shoulder to the end; side 1, or -1 for the right;
-    s in [0, 1] around from the seam on the inside, h in [0, 1] along; flat: depth as a part of the width; swell: of the radius r, a function."""
+    """Point of a garment's sleeve. rows: x, y, z of its axis and its radius, from the left shoulder to the end; side: 1, or -1 for the
+    right one; s in [0, 1] around, from the seam on the inside; h in [0, 1] along; flat: depth as a part of the width; swell(r): the
+    radius there."""
     t = h * (len(rows) - 1)
     x, y, z, r = spline(rows, t)
     ax, ay, az, _ = sub(spline(rows, t + 0.01), spline(rows, t - 0.01))

@@ -4,8 +4,8 @@
     make_coat.py DIR
 
 writes DIR/coat.obj (body and sleeves), lining.obj, collar.obj, dummy.obj (covered with linen), wood.obj (its neck and its pole),
-wall.obj behind it, and wall.png, the light that falls off towards the wall's edges. The maps of the body's texture space, which is in metres
-divided by the size of the sheet, so that nothing is stretched, are
+wall.obj behind it, and wall.png, the light that falls off towards the wall's edges. The maps of the body's texture space, which is in
+metres divided by the size of the sheet, so that nothing is stretched, are
     spots.png   colour: leopard rosettes on a ground that pales towards the hem and the front edges
     cuffs.png   second density: 1 on the cuffs and the hem, 0 elsewhere
     body.png    second density: the rest

@@ -4,10 +4,10 @@
     make_forest.py DIR
 
 writes DIR/land.obj, a height field as far as the camera sees; DIR/roots.obj, the same with every normal upright, because trees
-grow upright on a slope; ground.png, the ground's colours (soil, moss, grass); autumn.png, what the season does to the colour of each broadleaf;
-and the second densities meadow, oak, birch, spruce, dead, bush (.png). A map is 256 x 256 and covers x from -160 to 160, z from -340 to -20:
-strokes that a brush could have painted. haze.obj is a row of sheets across the view, which the scene makes faintly opaque; sky.obj is a screen behind
-the last hill, sky.png the clouds painted on it.
+grow upright on a slope; haze.obj, a row of sheets across the view, which the scene makes nearly clear; sky.obj, a screen behind the
+last hill, and sky.png, the clouds painted on it. The other maps are ground.png, the ground's colours (soil, moss, grass); autumn.png,
+what the season does to the colour of each broadleaf; and the second densities meadow, oak, birch, spruce, dead and bush (.png): they
+are 256 x 256 and cover x from -160 to 160, z from -340 to -20, in strokes that a brush could have painted.
 Units are metres, y is up, the camera stands 45 m behind the origin, on a hill, and looks along -z. Everything follows from the numbers below.
 """
 import math
@@ -73,7 +73,7 @@ def clouds(x, y):
 
 def sky(width=800, height=400):
     """From the horizon's haze to blue, with fair-weather clouds in perspective."""
-    s, t = np.meshgrid(np.linspace(-0.364, 0.364, width), np.linspace(0.235, -0.01, height))    # tangents of the angles from the view's axis
+    s, t = np.meshgrid(np.linspace(-0.364, 0.364, width), np.linspace(0.235, -0.01, height))   # tangents of the angles from the view's axis
     rise = np.maximum(t - 0.06, 0)
     x, y = s / (rise + 0.10) * 2.2 + 7, 0.85 / (rise + 0.10)
     here, sunwards = clouds(x, y * 1.6), clouds(x - 0.16, y * 1.6 - 0.10)
@@ -122,8 +122,9 @@ def main():
     floor = soil + (moss - soil) * damp
     open_land = grass + (soil - grass) * bare * 0.7
     write_png(os.path.join(out, "ground.png"), to_bytes(floor + (open_land - floor) * glade[..., None])[::-1])
-    turned = (0.7 * smoothstep(0.40, 0.75, noise(x / 45, z / 45, 8)) + 0.5 * random(*np.indices(x.shape), 9) ** 2)[..., None]     # each tree in its time
-    autumn = np.array([0.60, 0.60, 0.60]) * (1 - turned) + np.array([1.45, 0.80, 0.45]) * turned                            # factors on colours
+    turned = 0.7 * smoothstep(0.40, 0.75, noise(x / 45, z / 45, 8)) + 0.5 * random(*np.indices(x.shape), 9) ** 2    # each tree in its time
+    green, gold = np.array([0.60, 0.60, 0.60]), np.array([1.45, 0.80, 0.45])                                        # factors on colours
+    autumn = green + (gold - green) * turned[..., None]
     write_png(os.path.join(out, "autumn.png"), to_bytes((autumn / 1.5) ** (1 / 2.2))[::-1])
     plain = lambda s, t: (s, t)
     lowest = lambda d: float(height(np.linspace(-160, 160, 321), -d * np.ones(321)).min())

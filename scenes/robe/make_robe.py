@@ -3,7 +3,8 @@
 
     make_robe.py DIR
 
-writes DIR/robe.obj (body and sleeves), trim.obj (collar and turned-up cuffs), belt.obj, wood.obj (hanger and peg), hook.obj, wall.obj, and the maps
+writes DIR/robe.obj (body and sleeves), trim.obj (collar and turned-up cuffs), belt.obj, wood.obj (hanger and peg), hook.obj, wall.obj,
+and the maps
     pattern.png   colour of the robe: woven stripes, and a border of lozenges at the hem and the sleeves' ends; its texture space is in
                   metres divided by the size of the sheet
     ribs.png      factor on the size of loops: the ribs of collar, cuffs and belt, one period across
