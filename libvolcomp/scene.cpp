@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "error.h"
 
@@ -83,7 +84,9 @@ void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s
 {
     for (const std::string& name : names) {
         r.require(depth < kIncludeDepth, "include", "files that do not include each other");
-        TableReader other = TableReader::open(r.file().parent_path() / name);
+        const std::filesystem::path file = r.file().parent_path() / name;
+        r.require(std::filesystem::is_regular_file(file), "include", "files relative to this one (there is no '" + file.string() + "')");
+        TableReader other = TableReader::open(file);
         Scene included = read(other, depth + 1);
         for (Material& m : included.materials)
             if (!hasName(s.materials, m.name)) s.materials.push_back(std::move(m));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -63,6 +64,13 @@ std::string withRange(const std::string& type, Interval r)
     return range.empty() ? type : type + " " + range;
 }
 
+/// A message with the line of the file below it, and `note` under the value.
+std::string pointed(const std::string& message, const toml::value& at, const std::string& note)
+{
+    const std::string text = toml::format_error(message, at, note), prefix = "[error] ";
+    return text.rfind(prefix, 0) == 0 ? text.substr(prefix.size()) : text;
+}
+
 std::string vectorText(const Vec3d& v) { return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]); }
 
 double fromSrgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
@@ -102,9 +110,9 @@ struct TableReader::State {
 
     [[noreturn]] void fail(const toml::value& at, const char* key, const std::string& expected) const
     {
-        throw Error(toml::format_error(
-            fmt::format("{}:{}: {}: expected {}, found {}", file.string(), at.location().line(), path(key), expected, found(at)), at,
-            "expected " + expected));
+        throw Error(
+            pointed(fmt::format("{}:{}: {}: expected {}, found {}", file.string(), at.location().line(), path(key), expected, found(at)),
+                    at, "expected " + expected));
     }
 
     static std::string found(const toml::value& v)
@@ -126,10 +134,15 @@ struct TableReader::State {
     {
         if (docs) return;
         const std::string expected = fmt::format("{} ({}{}{})", type, key.meaning, *key.unit ? ", " : "", key.unit);
+        std::string advice = fmt::format("add {} = ... to this table", key.name);
+        if (value)
+            for (const auto& [other, v] : value->as_table()) // close enough to be the key, misspelt
+                if (distance(other, key.name) <= std::strlen(key.name) / 3)
+                    advice = fmt::format("is '{}' meant to be '{}'?", other, key.name);
         if (value && value->location().line() > 0 && !name.empty())
-            throw Error(toml::format_error(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}", file.string(),
-                                                       value->location().line(), name, key.name, expected),
-                                           *value, fmt::format("add {} = ... to this table", key.name)));
+            throw Error(pointed(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}", file.string(), value->location().line(),
+                                            name, key.name, expected),
+                                *value, advice));
         throw Error(fmt::format("{}: the key '{}' is missing; expected {}", file.string(), path(key.name), expected));
     }
 
@@ -420,9 +433,9 @@ void TableReader::finish() const
         if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end()) continue;
         const std::string hint = nearest(name, m_state->known);
         const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ") : "did you mean '" + hint + "'?";
-        throw Error(toml::format_error(
-            fmt::format("{}:{}: unknown key '{}'; {}", file().string(), v.location().line(), m_state->path(name.c_str()), advice), v,
-            advice));
+        throw Error(
+            pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(), v.location().line(), m_state->path(name.c_str()), advice),
+                    v, advice));
     }
 }
 

@@ -66,6 +66,7 @@ TEST_F(SceneFile, includedMaterialsAndBoxesCanBeUsedAndReplaced)
     std::ofstream(other) << "include = \"scene_included.toml\"\n";
     EXPECT_NE(messageOf("include = \"scene_included.toml\"\n").find("do not include each other"), std::string::npos);
     fs::remove(other);
+    EXPECT_NE(messageOf("include = \"none.toml\"\n").find(".toml:1: include: expected files relative to this one"), std::string::npos);
 }
 
 TEST_F(SceneFile, unknownTablesAreRefused)

@@ -106,7 +106,10 @@ TEST_F(TomlReader, aMissingKeyNamesItsTable)
     expectAll(messageOf([&] {
                   tables.at(0).second.number({"n", "m", "refractive index"}, std::nullopt, kPositive);
               }),
-              {".toml:1:", "[material.fur]", "'n' is missing", "refractive index"});
+              {".toml:1:", "[material.fur]", "'n' is missing", "refractive index", "add n = ..."});
+    TableReader misspelt = open("[layer]\ndensty = 1\n");
+    TableReader layer = misspelt.table({"layer", "", ""});
+    expectAll(messageOf([&] { layer.number({"density", "", "boxes"}, std::nullopt, kPositive); }), {"is 'densty' meant to be 'density'?"});
 }
 
 TEST_F(TomlReader, badFilesAreNamed)
