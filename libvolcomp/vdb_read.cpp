@@ -252,7 +252,8 @@ void forgetMappedPages(const fs::path& file)
     for (std::string line; std::getline(maps, line);) {
         unsigned long from = 0, to = 0;
         if (code || line.size() < name.size() || line.compare(line.size() - name.size(), name.size(), name) != 0) continue;
-        if (std::sscanf(line.c_str(), "%lx-%lx r--s", &from, &to) == 2) madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
+        if (std::sscanf(line.c_str(), "%lx-%lx r--s", &from, &to) == 2)
+            madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED); // NOLINT(performance-no-int-to-ptr): an address as text
     }
 }
 
