@@ -107,6 +107,7 @@ std::vector<Placement> cullPlacements(const std::vector<Placement>& placements, 
                                       int width, int height, const std::vector<Light>& lights)
 {
     std::vector<Ball> balls;
+    balls.reserve(boxes.size());
     for (const Box& box : boxes) balls.push_back(ballOf(box));
     std::vector<char> keep(placements.size(), 0);
     tbb::parallel_for(std::size_t(0), placements.size(), [&](std::size_t i) {

@@ -123,6 +123,7 @@ private:
         std::sort(origins.begin(), origins.end());
         origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
         std::vector<int> blocks;
+        blocks.reserve(origins.size());
         for (const Coord& origin : origins) blocks.push_back(makeBlock(origin));
         std::size_t size = 16;
         while (size < 2 * origins.size()) size *= 2;

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 ProcessResult runProcess(const std::vector<std::string>& arguments, bool shown)
 {
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
     int ends[2];
