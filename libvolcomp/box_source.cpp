@@ -33,20 +33,6 @@ void append(SourcePart& s, float x, float y, float z, const SourceVoxel& v)
     s.voxels.push_back(v);
 }
 
-/// Ends the block that holds the voxels from `begin` on, and widens the part's bounds.
-void closeBlock(SourcePart& s, std::uint32_t begin)
-{
-    const auto end = static_cast<std::uint32_t>(s.voxels.size());
-    if (begin == end) return;
-    Vec3f low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
-    for (std::uint32_t k = begin; k < end; ++k) {
-        const Vec3f p(s.x[k], s.y[k], s.z[k]);
-        low = openvdb::math::minComponent(low, p);
-        high = openvdb::math::maxComponent(high, p);
-    }
-    s.blocks.push_back({{(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f)}, begin, end});
-}
-
 SourceBounds united(const SourceBounds& a, const SourceBounds& b)
 {
     const Vec3f low = openvdb::math::minComponent(a.centre - a.half, b.centre - b.half),
@@ -54,36 +40,61 @@ SourceBounds united(const SourceBounds& a, const SourceBounds& b)
     return {(low + high) * 0.5f, (high - low) * 0.5f};
 }
 
-/// The coordinates of a block, bit by bit in turn: sorted by it, neighbours stay together (Morton 1966).
-std::uint64_t mortonKey(const SourceBlock& b)
+/// Every third bit, for the lowest 21.
+std::uint64_t spread(std::uint64_t v)
 {
-    std::uint64_t key = 0;
-    for (int bit = 20; bit >= 0; --bit)
-        for (int i = 0; i < 3; ++i)
-            key = key << 1 | ((static_cast<std::int64_t>(std::floor(b.bounds.centre[i] / 8)) + (1 << 20)) >> bit & 1);
-    return key;
+    v &= 0x1fffff;
+    v = (v | v << 32) & 0x1f00000000ffff;
+    v = (v | v << 16) & 0x1f0000ff0000ff;
+    v = (v | v << 8) & 0x100f00f00f00f00f;
+    v = (v | v << 4) & 0x10c30c30c30c30c3;
+    return (v | v << 2) & 0x1249249249249249;
 }
 
-/// Sorts the blocks and finds the bounds of their groups and of all.
+/// The coordinates bit by bit in turn: sorted by it, neighbours stay together (Morton 1966).
+std::uint64_t mortonKey(std::int32_t x, std::int32_t y, std::int32_t z)
+{
+    const auto biased = [](std::int32_t v) { return spread(std::uint64_t(std::int64_t(v) + (1 << 20))); };
+    return biased(x) << 2 | biased(y) << 1 | biased(z);
+}
+
+void append(BoundsList& list, const SourceBounds& b)
+{
+    for (int i = 0; i < 3; ++i) {
+        list.values[i].push_back(b.centre[i]);
+        list.values[3 + i].push_back(b.half[i]);
+    }
+}
+
+/// Pads the lists, and finds the bounds of runs, of their groups and of all.
 void setBounds(SourcePart& s)
 {
-    if (s.blocks.empty()) return;
-    std::vector<std::pair<std::uint64_t, SourceBlock>> sorted;
-    for (const SourceBlock& b : s.blocks) sorted.emplace_back(mortonKey(b), b);
-    std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    const std::size_t count = s.voxels.size();
+    if (count == 0) return;
+    constexpr auto kRun = static_cast<std::size_t>(SourcePart::kRun), kTogether = static_cast<std::size_t>(BoundsList::kTogether);
     std::vector<SourceBounds> members;
-    for (std::size_t i = 0; i < sorted.size(); ++i) {
-        s.blocks[i] = sorted[i].second;
-        members.push_back(s.blocks[i].bounds);
+    for (std::size_t begin = 0; begin < count; begin += kRun) {
+        Vec3f low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
+        for (std::size_t k = begin; k < std::min(begin + kRun, count); ++k) {
+            const Vec3f p(s.x[k], s.y[k], s.z[k]);
+            low = openvdb::math::minComponent(low, p);
+            high = openvdb::math::maxComponent(high, p);
+        }
+        members.push_back({(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f)});
     }
-    s.groups.clear();
-    while (members.size() > 1) {
-        std::vector<SourceBounds> group;
-        for (std::size_t i = 0; i < members.size(); ++i)
-            if (i % 8 == 0) group.push_back(members[i]);
-            else group.back() = united(group.back(), members[i]);
-        s.groups.push_back(group);
-        members = std::move(group);
+    for (std::vector<float>* c : {&s.x, &s.y, &s.z}) c->resize((count + kRun - 1) / kRun * kRun, 1e30f);
+    s.bounds_of.clear();
+    while (true) {
+        BoundsList& list = s.bounds_of.emplace_back();
+        std::vector<SourceBounds> groups;
+        for (std::size_t i = 0; i < members.size(); ++i) {
+            append(list, members[i]);
+            if (i % kTogether == 0) groups.push_back(members[i]);
+            else groups.back() = united(groups.back(), members[i]);
+        }
+        while (list.size() % kTogether != 0) append(list, {Vec3f(0.0f), Vec3f(-1e30f)});
+        members = std::move(groups);
+        if (members.size() == 1) break;
     }
     s.bounds = members[0];
 }
@@ -114,25 +125,35 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     std::optional<openvdb::Vec3SGrid::ConstAccessor> direction, colour;
     if (part.direction) direction.emplace(part.direction->getConstAccessor());
     if (part.colour) colour.emplace(part.colour->getConstAccessor());
+    using Leaf = openvdb::FloatTree::LeafNodeType;
+    std::vector<std::pair<std::uint64_t, const Leaf*>> leaves;
     for (auto leaf = density->tree().cbeginLeaf(); leaf; ++leaf) {
-        const auto begin = static_cast<std::uint32_t>(s.voxels.size());
-        for (auto it = leaf->cbeginValueOn(); it; ++it) {
-            const float rho = *it;
+        const openvdb::Coord c = leaf->origin();
+        leaves.emplace_back(mortonKey(c[0] >> 3, c[1] >> 3, c[2] >> 3), leaf.getLeaf());
+    }
+    std::stable_sort(leaves.begin(), leaves.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::array<openvdb::Index, Leaf::SIZE> order; // of a leaf's voxels
+    for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+        const openvdb::Coord c = Leaf::offsetToLocalCoord(i);
+        order[mortonKey(c[0], c[1], c[2]) & (Leaf::SIZE - 1)] = i;
+    }
+    for (const auto& [key, leaf] : leaves)
+        for (const openvdb::Index i : order) {
+            if (!leaf->isValueOn(i)) continue;
+            const float rho = leaf->getValue(i);
             if (!std::isfinite(rho) || rho < 0) throw Error(place + "expected densities that are finite and not negative, found others");
             if (rho == 0) continue;
-            const openvdb::Coord c = it.getCoord();
+            const openvdb::Coord c = leaf->offsetToGlobalCoord(i);
             SourceVoxel v;
             v.density = rho;
             setDirection(v, direction ? direction->getValue(c) : openvdb::Vec3s(0.0f));
             const openvdb::Vec3s rgb = colour ? colour->getValue(c) : s.colour;
-            for (int i = 0; i < 3; ++i) {
-                v.colour[i] = rho * rgb[i];
-                if (!std::isfinite(v.colour[i] + v.v[i])) throw Error(place + "expected finite colours and directions, found others");
+            for (int a = 0; a < 3; ++a) {
+                v.colour[a] = rho * rgb[a];
+                if (!std::isfinite(v.colour[a] + v.v[a])) throw Error(place + "expected finite colours and directions, found others");
             }
             append(s, float(c[0]), float(c[1]), float(c[2]), v);
         }
-        closeBlock(s, begin);
-    }
     setBounds(s);
     return s;
 }
@@ -141,25 +162,24 @@ SourcePart coarsen(const SourcePart& part)
 {
     SourcePart s = part;
     s.voxel = 2 * part.voxel;
-    s.blocks.clear();
     s.voxels.clear();
     s.x.clear(), s.y.clear(), s.z.clear();
     struct Cell {
+        std::uint64_t key;
         std::int32_t x, y, z;
         std::uint32_t voxel;
     };
     std::vector<Cell> cells;
     for (std::uint32_t k = 0; k < part.voxels.size(); ++k) {
         const auto half = [&](float x) { return static_cast<std::int32_t>(std::floor(double(x) / 2 + part.shift / 2)); };
-        cells.push_back({half(part.x[k]), half(part.y[k]), half(part.z[k]), k});
+        const std::int32_t x = half(part.x[k]), y = half(part.y[k]), z = half(part.z[k]);
+        cells.push_back({mortonKey(x, y, z), x, y, z, k});
     }
-    const auto blockOf = [](const Cell& c) { return std::array<std::int32_t, 3>{c.x >> 3, c.y >> 3, c.z >> 3}; };
     const auto placeOf = [](const Cell& c) { return std::array<std::int32_t, 3>{c.x, c.y, c.z}; };
     std::sort(cells.begin(), cells.end(), [&](const Cell& a, const Cell& b) {
-        return std::make_tuple(blockOf(a), placeOf(a), a.voxel) < std::make_tuple(blockOf(b), placeOf(b), b.voxel);
+        return std::make_tuple(a.key, placeOf(a), a.voxel) < std::make_tuple(b.key, placeOf(b), b.voxel);
     });
     s.shift = part.shift / 2;
-    std::uint32_t begin = 0;
     for (std::size_t i = 0; i < cells.size();) {
         std::size_t end = i;
         SourceVoxel v;
@@ -175,14 +195,9 @@ SourcePart coarsen(const SourcePart& part)
             for (int c = 0; c < 3; ++c) v.colour[c] += from.colour[c] / 8;
         }
         setDirection(v, Vec3f(principalDirection(tensor).stored()));
-        if (i > 0 && blockOf(cells[i]) != blockOf(cells[i - 1])) {
-            closeBlock(s, begin);
-            begin = static_cast<std::uint32_t>(s.voxels.size());
-        }
         append(s, float(moment[0] / v.density), float(moment[1] / v.density), float(moment[2] / v.density), v);
         i = end;
     }
-    closeBlock(s, begin);
     setBounds(s);
     return s;
 }

@@ -23,10 +23,12 @@ struct SourceBounds {
     Vec3f centre, half;
 };
 
-/// The voxels of one leaf of the box's tree.
-struct SourceBlock {
-    SourceBounds bounds;      ///< of its voxels' cubes
-    std::uint32_t begin, end; ///< in SourcePart::voxels
+/// Bounds of many, component by component: centre x, y, z, half x, y, z.
+struct BoundsList {
+    static constexpr int kTogether = 16; ///< length is a multiple of it; bounds beyond the last are empty
+    std::vector<float> values[6];
+
+    std::size_t size() const { return values[0].size(); }
 };
 
 /// One material of a box.
@@ -39,10 +41,10 @@ struct SourcePart {
     Vec3f colour{1.0f};
     SourceBounds bounds{Vec3f(0.0f), Vec3f(0.0f)}; ///< of all voxels' cubes
     float shift = 0.5f;                            ///< voxel i holds what lies in [i - shift, i + 1 - shift), voxels of the part
-    std::vector<SourceBlock> blocks;               ///< neighbours in the list are neighbours in space
-    std::vector<std::vector<SourceBounds>> groups; ///< [0]: of each eight blocks; further: of each eight of the groups before
-    std::vector<SourceVoxel> voxels;
-    std::vector<float> x, y, z; ///< centres of the voxels, in voxels of the part
+    static constexpr int kRun = 16;
+    std::vector<SourceVoxel> voxels;   ///< neighbours in the list are neighbours in space
+    std::vector<float> x, y, z;        ///< their centres, in voxels of the part; padded to a multiple of kRun with places far away
+    std::vector<BoundsList> bounds_of; ///< [0]: of the cubes of each kRun voxels; further: of each kTogether of the bounds before
 };
 
 /// Packs the active voxels of positive density. Active tiles become voxels. Throws Error for NaN, infinite or negative densities, and where the grid's

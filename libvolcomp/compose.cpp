@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <mutex>
 
 #include <fmt/format.h>
@@ -32,8 +33,14 @@ void check(const std::vector<Box>& boxes, const std::vector<Placement>& placemen
 /// Place of a block among the leaves of its tree's node of 128^3 voxels.
 int placeInNode(const openvdb::Coord& origin) { return (origin[0] >> 3 & 15) << 8 | (origin[1] >> 3 & 15) << 4 | (origin[2] >> 3 & 15); }
 
+/// A tile's blocks, at most eight.
+struct TileBlocks {
+    PackedBlock* first = nullptr;
+    std::size_t count = 0;
+};
+
 /// The blocks of all tiles in the order of an OpenVDB tree.
-std::vector<PackedBlock> inOrder(const Composer& composer, std::vector<std::vector<PackedBlock>>& tiles)
+std::vector<PackedBlock> inOrder(const Composer& composer, const std::vector<TileBlocks>& tiles)
 {
     std::vector<std::size_t> first_tile, first_block; // of each node
     std::size_t count = 0;
@@ -42,17 +49,14 @@ std::vector<PackedBlock> inOrder(const Composer& composer, std::vector<std::vect
             first_tile.push_back(t);
             first_block.push_back(count);
         }
-        count += tiles[t].size();
+        count += tiles[t].count;
     }
     first_tile.push_back(tiles.size());
     std::vector<PackedBlock> blocks(count);
     tbb::parallel_for(std::size_t(0), first_block.size(), [&](std::size_t n) {
         const auto begin = blocks.begin() + static_cast<std::ptrdiff_t>(first_block[n]);
         auto to = begin;
-        for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t) {
-            to = std::copy(tiles[t].begin(), tiles[t].end(), to);
-            std::vector<PackedBlock>().swap(tiles[t]);
-        }
+        for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t) to = std::copy_n(tiles[t].first, tiles[t].count, to);
         std::sort(begin, to, [](const PackedBlock& a, const PackedBlock& b) { return placeInNode(a.origin) < placeInNode(b.origin); });
     });
     return blocks;
@@ -62,15 +66,20 @@ PackedPart composePart(const Composer& composer, const Progress& progress)
 {
     struct Worker {
         TileAccumulator sums;
-        VoxelStore store;
+        VoxelStore store, lists;
+        std::vector<PackedBlock> blocks; // of one tile
     };
     tbb::enumerable_thread_specific<Worker> workers;
-    std::vector<std::vector<PackedBlock>> tiles(composer.tileCount());
+    std::vector<TileBlocks> tiles(composer.tileCount());
     std::atomic<std::size_t> done{0};
     std::mutex mutex;
     tbb::parallel_for(std::size_t(0), tiles.size(), [&](std::size_t t) {
         Worker& worker = workers.local();
-        composer.compose(t, worker.sums, worker.store, tiles[t]);
+        worker.blocks.clear();
+        composer.compose(t, worker.sums, worker.store, worker.blocks);
+        tiles[t] = {reinterpret_cast<PackedBlock*>(worker.lists.allocate(worker.blocks.size() * sizeof(PackedBlock))),
+                    worker.blocks.size()};
+        std::uninitialized_copy(worker.blocks.begin(), worker.blocks.end(), tiles[t].first);
         if (++done % 64 == 0 && mutex.try_lock()) {
             report(progress, double(done) / double(tiles.size()));
             mutex.unlock();

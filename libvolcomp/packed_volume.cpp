@@ -8,7 +8,7 @@
 #include <sys/mman.h>
 #include <tbb/parallel_for.h>
 #if defined(__F16C__) && defined(__AVX__)
-#include <immintrin.h>
+#include <immintrin.h> // and of AVX-512
 #endif
 
 namespace volcomp {
@@ -84,7 +84,29 @@ void toHalf(const float* from, half* to, std::size_t count)
 
 void interleave(const half* x, const half* y, const half* z, Half3* to, std::size_t count)
 {
-    for (std::size_t i = 0; i < count; ++i) to[i] = {x[i], y[i], z[i]};
+    std::size_t i = 0;
+#ifdef __AVX512BW__
+    struct Order {
+        alignas(64) std::int16_t xy[3][32], with_z[3][32]; // of x then y; of that then z
+    };
+    static constexpr Order kOrder = [] {
+        Order o{};
+        for (int k = 0; k < 96; ++k) {
+            o.xy[k / 32][k % 32] = static_cast<std::int16_t>(k / 3 + (k % 3 == 1 ? 32 : 0));
+            o.with_z[k / 32][k % 32] = static_cast<std::int16_t>(k % 3 == 2 ? 32 + k / 3 : k % 32);
+        }
+        return o;
+    }();
+    for (; i + 32 <= count; i += 32) {
+        const __m512i vx = _mm512_loadu_si512(x + i), vy = _mm512_loadu_si512(y + i), vz = _mm512_loadu_si512(z + i);
+        for (int part = 0; part < 3; ++part) {
+            const __m512i xy = _mm512_permutex2var_epi16(vx, _mm512_load_si512(kOrder.xy[part]), vy);
+            _mm512_storeu_si512(reinterpret_cast<half*>(to + i) + 32 * part,
+                                _mm512_permutex2var_epi16(xy, _mm512_load_si512(kOrder.with_z[part]), vz));
+        }
+    }
+#endif
+    for (; i < count; ++i) to[i] = {x[i], y[i], z[i]};
 }
 
 std::size_t PackedPart::voxels() const

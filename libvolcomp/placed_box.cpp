@@ -7,18 +7,17 @@
 #include <fmt/format.h>
 
 #include "error.h"
+#include "lanes.h"
 
 namespace volcomp {
 namespace {
-
-using Four = float __attribute__((vector_size(16)));
 
 constexpr int kTile = TileAccumulator::kSize, kBatch = TileAccumulator::kBatch;
 constexpr double kFarthest = double(1 << 24); ///< voxels from the origin
 constexpr float kSnap = 4096;                 ///< positions are multiples of 1/4096 voxel, so that aligned boxes stay aligned
 
-/// To the nearest multiple of 1/4096, for |x| < 1024; beyond it loses digits, and those voxels are not of the tile. Vectorises on any target.
-float snapped(float x)
+/// To the nearest multiple of 1/4096, for |x| < 1024; beyond it loses digits, and those voxels are not of the tile.
+Lanes snapped(Lanes x)
 {
     constexpr float kShift = 1.5f * (1 << 23) / kSnap;
     return (x + kShift) - kShift;
@@ -99,98 +98,117 @@ void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit
     });
 }
 
-/// What adding to one tile needs at every block.
+/// What adding to one tile needs at every voxel.
 struct PlacedBox::InTile {
     const PlacedBox& box;
     TileAccumulator& tile;
-    TileAccumulator::Batch batch;
-    float root[3];                  ///< in the tile's coordinates
-    Four origin, axes[3], spans[3]; ///< for the bounds; spans are the axes' absolute values
-    Four turn[3], tint;
-    float directions; ///< factor of the sum of t tᵀ
     std::optional<TintWalk> walk;
+    float directions; ///< factor of the sum of t tᵀ
+    float root[3];    ///< in the tile's coordinates
+    Four turn[3], tint;
+    int waiting = 0;                     ///< cubes in the tile's batch
+    std::uint32_t voxel_of[kBatch] = {}; ///< their voxels
+    const VoxelSum* made = nullptr;      ///< what divided voxels hold; of others it is found when the batch is full
 
-    bool reaches(const SourceBounds& b) const
+    /// Adds what lies in those of a group of bounds that reach into the tile.
+    void addGroup(std::size_t level, std::size_t group)
     {
         constexpr float kHalf = 0.5f * kTile;
-        const Four centre = origin + b.centre[0] * axes[0] + b.centre[1] * axes[1] + b.centre[2] * axes[2];
-        const float margin = 0.5f * box.m_width + 1e-3f + kHalf;
-        const Four half = margin + b.half[0] * spans[0] + b.half[1] * spans[1] + b.half[2] * spans[2];
-        const Four over = (centre - kHalf > 0 ? centre - kHalf : kHalf - centre) - half;
-        return !((over[0] > 0) | (over[1] > 0) | (over[2] > 0));
-    }
-
-    /// The blocks of a group that reach the tile.
-    void addGroup(std::size_t level, std::size_t index)
-    {
-        const SourcePart& part = box.m_part;
-        const std::size_t count = level == 0 ? part.blocks.size() : part.groups[level - 1].size();
-        for (std::size_t i = 8 * index; i < std::min(8 * index + 8, count); ++i) {
-            if (level == 0) {
-                if (reaches(part.blocks[i].bounds)) addBlock(part.blocks[i]);
-            } else if (reaches(part.groups[level - 1][i])) addGroup(level - 1, i);
-        }
-    }
-
-    void addBlock(const SourceBlock& block)
-    {
-        for (std::uint32_t begin = block.begin; begin < block.end; begin += kBatch)
-            addVoxels(begin, static_cast<int>(std::min<std::uint32_t>(kBatch, block.end - begin)));
-    }
-
-    void addVoxels(std::uint32_t begin, int count)
-    {
-        const int divisions = box.m_divisions, parts = divisions * divisions * divisions;
-        if (parts > 1)
-            for (int k = 0; k < count; ++k) makeSum(begin, k);
-        for (int part = 0; part < parts; ++part) {
-            const int place[3] = {part / (divisions * divisions), part / divisions % divisions, part % divisions};
-            const int n = findInside(begin, count, place);
-            if (parts == 1)
-                for (int k = 0; k < n; ++k) makeSum(begin, batch.index[k]);
-            tile.add(batch, n, box.m_width);
-        }
-    }
-
-    /// Sets the cubes' corners, for one part of divided voxels, and the index of those that reach into the tile.
-    int findInside(std::uint32_t begin, int count, const int (&place)[3])
-    {
-        const float *x = &box.m_part.x[begin], *y = &box.m_part.y[begin], *z = &box.m_part.z[begin];
-        float shift[3];
-        for (int a = 0; a < 3; ++a) shift[a] = (float(place[a]) + 0.5f) / float(box.m_divisions) - 0.5f;
-        std::int32_t inside[kBatch];
-        for (int k = 0; k < count; ++k) inside[k] = 1;
-        for (int i = 0; i < 3; ++i) {
-            const float ax = box.m_axes[0][i], ay = box.m_axes[1][i], az = box.m_axes[2][i], width = box.m_width;
-            const float from = root[i] + (shift[0] * ax + shift[1] * ay + shift[2] * az) - 0.5f * width;
-            float* low = batch.low[i];
-            for (int k = 0; k < count; ++k) {
-                low[k] = snapped(from + (x[k] * ax + y[k] * ay + z[k] * az));
-                inside[k] &= TileAccumulator::reaches(low[k], width);
+        const BoundsList& list = box.m_part.bounds_of[level];
+        for (std::size_t first = group * BoundsList::kTogether; first < (group + 1) * BoundsList::kTogether; first += kLanes) {
+            const auto at = [&](int c) { return lanesFrom(&list.values[c][first]); };
+            const Lanes c[3] = {at(0), at(1), at(2)}, h[3] = {at(3), at(4), at(5)};
+            IntLanes reaches = IntLanes{} - 1;
+            for (int i = 0; i < 3; ++i) {
+                const float ax = box.m_axes[0][i], ay = box.m_axes[1][i], az = box.m_axes[2][i];
+                const Lanes centre = (root[i] - kHalf) + ax * c[0] + ay * c[1] + az * c[2];
+                const Lanes half = (0.5f * box.m_width + 1e-3f + kHalf) + std::abs(ax) * h[0] + std::abs(ay) * h[1] + std::abs(az) * h[2];
+                reaches &= (centre <= half) & (-centre <= half);
+            }
+            for (unsigned left = bitsOf(reaches); left; left &= left - 1) {
+                const std::size_t i = first + static_cast<std::size_t>(__builtin_ctz(left));
+                if (level == 0) addRun(static_cast<std::uint32_t>(i * SourcePart::kRun));
+                else addGroup(level - 1, i);
             }
         }
-        int n = 0;
-        for (int k = 0; k < count; ++k) {
-            batch.index[n] = k;
-            n += inside[k];
-        }
-        return n;
     }
 
-    void makeSum(std::uint32_t begin, int k)
+    void addRun(std::uint32_t begin)
     {
-        const SourceVoxel& v = box.m_part.voxels[begin + k];
-        const Four t = v.v[0] * turn[0] + v.v[1] * turn[1] + v.v[2] * turn[2];
-        const Four next = {t[1], t[2], t[0], 0};
-        Four diagonal = (t * t + v.iso) * directions;
-        diagonal[3] = v.density * box.m_density;
-        Four colour = Four{v.colour[0], v.colour[1], v.colour[2], 0} * tint;
-        if (walk) {
-            const Vec3f c = walk->at(box.worldOf({box.m_part.x[begin + k], box.m_part.y[begin + k], box.m_part.z[begin + k]}));
-            colour *= Four{c[0], c[1], c[2], 0};
+        const int divisions = box.m_divisions;
+        if (divisions == 1) {
+            findInside(begin, 0, 0, 0);
+            return;
         }
-        VoxelSum& sum = batch.sum[k];
-        *reinterpret_cast<Four*>(sum.diagonal) = diagonal;
+        VoxelSum sums[SourcePart::kRun];
+        const std::uint32_t end = std::min(begin + SourcePart::kRun, static_cast<std::uint32_t>(box.m_part.voxels.size()));
+        for (std::uint32_t k = begin; k < end; ++k) makeSum(k, sums[k - begin]);
+        made = sums;
+        for (int x = 0; x < divisions; ++x)
+            for (int y = 0; y < divisions; ++y)
+                for (int z = 0; z < divisions; ++z) findInside(begin, float(x), float(y), float(z));
+        flush();
+        made = nullptr;
+    }
+
+    /// Puts the cubes of a run's voxels that reach into the tile into the batch; of divided voxels, those of one part.
+    void findInside(std::uint32_t begin, float part_x, float part_y, float part_z)
+    {
+        const float width = box.m_width, scale = 1 / float(box.m_divisions);
+        const float shift[3] = {(part_x + 0.5f) * scale - 0.5f, (part_y + 0.5f) * scale - 0.5f, (part_z + 0.5f) * scale - 0.5f};
+        TileAccumulator::Batch& batch = tile.batch();
+        for (std::uint32_t first = begin; first < begin + SourcePart::kRun; first += kLanes) {
+            const Lanes x = lanesFrom(&box.m_part.x[first]), y = lanesFrom(&box.m_part.y[first]), z = lanesFrom(&box.m_part.z[first]);
+            Lanes low[3];
+            IntLanes inside = IntLanes{} - 1;
+            for (int i = 0; i < 3; ++i) {
+                const float ax = box.m_axes[0][i], ay = box.m_axes[1][i], az = box.m_axes[2][i];
+                const float from = root[i] + (shift[0] * ax + shift[1] * ay + shift[2] * az) - 0.5f * width;
+                low[i] = snapped(from + (x * ax + y * ay + z * az));
+                inside &= (low[i] + width > 0) & (low[i] < float(TileAccumulator::kSize)); // TileAccumulator::reaches()
+            }
+            unsigned left = bitsOf(inside);
+            if (left == 0) continue;
+            if (waiting + kLanes > kBatch) flush();
+#ifdef __AVX512F__
+            const auto mask = static_cast<__mmask16>(left);
+            const auto pressed = [&](Lanes v) { return _mm512_maskz_compress_ps(mask, reinterpret_cast<__m512>(v)); };
+            for (int i = 0; i < 3; ++i) _mm512_storeu_ps(&batch.low[i][waiting], pressed(low[i]));
+            const __m512i counted = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            _mm512_storeu_si512(&voxel_of[waiting],
+                                _mm512_maskz_compress_epi32(mask, _mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), counted)));
+            waiting += __builtin_popcount(left);
+#else
+            for (; left; left &= left - 1, ++waiting) {
+                const int lane = __builtin_ctz(left);
+                for (int i = 0; i < 3; ++i) batch.low[i][waiting] = low[i][lane];
+                voxel_of[waiting] = first + static_cast<std::uint32_t>(lane);
+            }
+#endif
+        }
+    }
+
+    void flush()
+    {
+        VoxelSum* const sum = tile.batch().sum;
+        for (int k = 0; k < waiting; ++k)
+            if (made) sum[k] = made[voxel_of[k] % SourcePart::kRun];
+            else makeSum(voxel_of[k], sum[k]);
+        tile.add(waiting, box.m_width);
+        waiting = 0;
+    }
+
+    void makeSum(std::uint32_t voxel, VoxelSum& sum)
+    {
+        const SourceVoxel& v = box.m_part.voxels[voxel];
+        const Four t = v.v[0] * turn[0] + v.v[1] * turn[1] + v.v[2] * turn[2];
+        const Four next = __builtin_shufflevector(t, t, 1, 2, 0, 3);
+        Four colour = *reinterpret_cast<const Four*>(v.colour) * tint; // with density
+        if (walk) {
+            const Vec3f c = walk->at(box.worldOf({box.m_part.x[voxel], box.m_part.y[voxel], box.m_part.z[voxel]}));
+            colour *= Four{c[0], c[1], c[2], 1};
+        }
+        *reinterpret_cast<Four*>(sum.diagonal) = (t * t + v.iso) * directions;
         *reinterpret_cast<Four*>(sum.mixed) = t * next * directions;
         *reinterpret_cast<Four*>(sum.colour) = colour;
     }
@@ -198,17 +216,17 @@ struct PlacedBox::InTile {
 
 void PlacedBox::add(const openvdb::Coord& tile_origin, float weight, const VoxelTint* tint, TileAccumulator& tile) const
 {
-    if (m_part.blocks.empty()) return;
-    InTile t{*this, tile, {}, {}, {}, {}, {}, {}, {}, m_density * weight, {}};
-    for (int i = 0; i < 3; ++i) t.origin[i] = t.root[i] = static_cast<float>(m_root[i] - tile_origin[i]);
+    if (m_part.voxels.empty()) return;
+    InTile t{*this, tile, {}, m_density * weight, {}, {}, {}};
+    for (int i = 0; i < 3; ++i) t.root[i] = static_cast<float>(m_root[i] - tile_origin[i]);
     for (int a = 0; a < 3; ++a) {
-        t.axes[a] = four(m_axes[a]);
         t.turn[a] = four(m_turn[a]);
-        t.spans[a] = t.axes[a] > 0 ? t.axes[a] : -t.axes[a];
         t.tint[a] = m_placement.tint[a] * m_density;
     }
+    t.tint[3] = m_density;
     if (tint) t.walk.emplace(*tint, m_placement.triangle);
-    t.addGroup(m_part.groups.size(), 0);
+    t.addGroup(m_part.bounds_of.size() - 1, 0);
+    t.flush();
 }
 
 } // namespace volcomp

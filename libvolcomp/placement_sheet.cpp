@@ -5,6 +5,11 @@
 #include <functional>
 #include <limits>
 
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <fmt/format.h>
+
+#include "error.h"
 #include "map.h"
 
 namespace volcomp {
@@ -39,6 +44,9 @@ private:
     int m_width, m_height;
     Vec3d m_forward, m_right, m_up;
 };
+
+const Vec3f kColours[6] = {{0.9f, 0.1f, 0.08f},  {0.1f, 0.7f, 0.15f}, {0.12f, 0.25f, 1.0f},
+                           {0.9f, 0.75f, 0.05f}, {0.8f, 0.1f, 0.8f},  {0.05f, 0.75f, 0.8f}};
 
 struct Panel {
     int width, height;
@@ -87,8 +95,6 @@ void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, con
 
 void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& placements, int radius)
 {
-    static const Vec3f kColours[6] = {{0.9f, 0.1f, 0.08f},  {0.1f, 0.7f, 0.15f}, {0.12f, 0.25f, 1.0f},
-                                      {0.9f, 0.75f, 0.05f}, {0.8f, 0.1f, 0.8f},  {0.05f, 0.75f, 0.8f}};
     for (const Placement& p : placements) {
         double x, y, z;
         if (!screen.project(p.position, x, y, z)) continue;
@@ -101,6 +107,27 @@ void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& 
     }
 }
 
+/// A line of text and its colour.
+struct Label {
+    std::string text;
+    Vec3f colour{0.85f};
+};
+
+/// From the panel's upper left corner downwards, as far as they fit, over a shadow that keeps them readable on any map.
+void writeLabels(Image& image, int left, int top, int height, const std::vector<Label>& labels)
+{
+    const int font = std::clamp(height / 24, 9, 20), step = font * 5 / 4;
+    OIIO::ImageBuf canvas(OIIO::ImageSpec(image.width, image.height, 3, OIIO::TypeDesc::FLOAT), image.pixels.data());
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+        const int y = top + step * static_cast<int>(i + 1);
+        if (y + step > top + height && i + 1 < labels.size()) break;
+        const float shadow[3] = {0, 0, 0}, *ink = labels[i].colour.asPointer();
+        if (!OIIO::ImageBufAlgo::render_text(canvas, left + font / 2 + 1, y + 1, labels[i].text, font, "DejaVuSans", shadow)
+            || !OIIO::ImageBufAlgo::render_text(canvas, left + font / 2, y, labels[i].text, font, "DejaVuSans", {ink, 3}))
+            throw Error("a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): " + canvas.geterror());
+    }
+}
+
 } // namespace
 
 Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers,
@@ -108,6 +135,7 @@ Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vec
 {
     const Screen screen(camera, width, height);
     std::vector<Panel> panels;
+    std::vector<std::vector<Label>> labels(1);
     const auto panel = [&](const Surface* only, const Paint& paint) {
         panels.emplace_back(width, height);
         for (const Surface* s : surfaces) {
@@ -117,10 +145,17 @@ Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vec
     };
     panel(nullptr, [](const SurfacePoint&) { return Vec3f(0.3f); });
     drawDots(panels.back(), screen, placements, placements.size() > std::size_t(width) * height / 60 ? 0 : 1);
+    std::vector<std::size_t> counts(layers.size());
+    for (const Placement& p : placements)
+        if (static_cast<std::size_t>(p.layer) < counts.size()) ++counts[p.layer];
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        labels[0].push_back({fmt::format("{}: {}", layers[i].layer->name, counts[i]), kColours[i % 6]});
     for (const SheetLayer& l : layers) {
+        labels.push_back({{l.layer->name + ": where"}});
         const Map where(l.layer->where, false);
         panel(l.surface, [&](const SurfacePoint& s) { return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f)); });
         if (l.layer->colour.empty()) continue;
+        labels.push_back({{l.layer->name + ": colour"}});
         const Map colour(l.layer->colour, true);
         panel(l.surface, [&](const SurfacePoint& s) { return colour.colour(s.uv, s.position); });
     }
@@ -136,6 +171,8 @@ Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vec
                 for (int i = 0; i < 3; ++i)
                     image.pixel(int(k) % columns * width + x, int(k) / columns * height + y)[i] =
                         panels[k].colour[std::size_t(y) * width + x][i];
+    for (std::size_t k = 0; k < panels.size(); ++k)
+        writeLabels(image, int(k) % columns * width, int(k) / columns * height, height, labels[k]);
     return image;
 }
 

@@ -86,7 +86,7 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
     const double area = (c[1].p - c[0].p).cross(c[2].p - c[0].p).length() / 2; // voxels
     if (!(area > 0)) return;
     const double density = -std::log(m_spec.transmittance) * area / voxel;
-    TileAccumulator::Batch batch;
+    TileAccumulator::Batch& batch = tile.batch();
     int count = 0;
     divide(c[0], c[1], c[2], 1.0, [&](const Corner& p, double share) {
         for (int i = 0; i < 3; ++i) {
@@ -102,13 +102,12 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
             sum.mixed[i] = sum.density * n[i] * n[(i + 1) % 3];
             sum.colour[i] = sum.density * rgb[i];
         }
-        batch.index[count] = count;
         if (++count == TileAccumulator::kBatch) {
-            tile.add(batch, count, 1);
+            tile.add(count, 1);
             count = 0;
         }
     });
-    tile.add(batch, count, 1);
+    tile.add(count, 1);
 }
 
 } // namespace volcomp

@@ -10,14 +10,15 @@
 
 namespace volcomp {
 
-/// What is added to a voxel, and what a voxel has: a cache line, its used part three SSE registers.
-struct alignas(32) VoxelSum {
-    float diagonal[3] = {0, 0, 0}; ///< xx, yy, zz of the sum of w t tᵀ; the trace is the density
-    float density = 0;
-    float mixed[3] = {0, 0, 0}; ///< xy, yz, zx
+/// What is added to a voxel, and what a voxel has: a cache line.
+struct alignas(64) VoxelSum {
+    float diagonal[3] = {0, 0, 0}; ///< xx, yy, zz of the sum of w t tᵀ; the trace is about the density
     float unused = 0;
-    float colour[3] = {0, 0, 0}; ///< times density
+    float mixed[3] = {0, 0, 0}; ///< xy, yz, zx
     float unused_too = 0;
+    float colour[3] = {0, 0, 0}; ///< times density
+    float density = 0;
+    float unused_either[4] = {0, 0, 0, 0};
 };
 static_assert(sizeof(VoxelSum) == 64);
 
@@ -34,14 +35,16 @@ public:
 
     /// Cubes to add. Coordinates are the tile's: cell i is [i, i+1).
     struct Batch {
-        float low[3][kBatch];       ///< lowest corner, x y z
-        std::int32_t index[kBatch]; ///< of the cubes that are to be added
-        VoxelSum sum[kBatch];       ///< by that index, as `low`
+        alignas(64) float low[3][kBatch]; ///< lowest corner, x y z
+        VoxelSum sum[kBatch];
     };
 
-    /// Adds the cubes [low, low + width]³ of the first `count` of batch.index, each times its overlap with a cell in cells. Every cube must
+    /// What the next add() adds.
+    Batch& batch() { return *m_batch; }
+
+    /// Adds the cubes [low, low + width]³ of the first `count` of the batch, each times its overlap with a cell in cells. Every cube must
     /// reach into the tile; what it has outside belongs to the neighbour and is left out. 0 < width <= 2.
-    void add(const Batch& batch, int count, float width);
+    void add(int count, float width);
 
     /// Whether a cube reaches into the tile along one axis.
     static bool reaches(float low, float width) { return low + width > 0 && low < kSize; }
@@ -53,16 +56,21 @@ public:
 
 private:
     /// Cells of a cube that starts in the tile or reaches into it may lie this far outside; they are summed and never looked at.
-    static constexpr int kMargin = 2, kAcross = kSize + 2 * kMargin;
+    static constexpr int kMargin = 2, kAcross = kSize + 2 * kMargin, kCells = kAcross * kAcross * kAcross;
 
+    struct Shares;
     struct Channels;
-    int gatherBlock(VoxelSum* cells, float minimum, std::array<std::uint64_t, 8>& mask, Channels& c) const;
+    static void findShares(const Batch& batch, int count, float width, Shares& s);
+    void addWide(const VoxelSum& sum, const Shares& s, int k);
+    int findVoxels(const openvdb::Coord& origin, float minimum);
+    void gather(int count);
 
     struct Free {
         void operator()(void* p) const;
     };
-    std::unique_ptr<VoxelSum[], Free> m_cells;       ///< z runs fastest
-    std::uint64_t m_touched[kAcross * kAcross] = {}; ///< bit z of row (x, y)
+    std::unique_ptr<VoxelSum[], Free> m_cells;      ///< z runs fastest
+    std::int32_t m_touched[kAcross * kAcross] = {}; ///< bit z of row (x, y)
+    std::unique_ptr<Batch> m_batch;
     std::unique_ptr<Channels> m_channels;
 };
 

@@ -241,6 +241,33 @@ TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
     EXPECT_LT(std::abs(sideways) / double(tilted.size()), 0.05);
 }
 
+// Two spheres through each other: what meshes of several parts bring.
+TEST(Scatter, partsThatIntersectHaveBoxesOnBothOrOnTheOuterAlone)
+{
+    Mesh both = sphere(24);
+    const Mesh other = both;
+    const Vec3d shift(0, 0, 0.8);
+    const auto first = static_cast<std::int32_t>(both.points.size());
+    for (const Vec3d& p : other.points) both.points.push_back(p + shift);
+    both.normals.insert(both.normals.end(), other.normals.begin(), other.normals.end());
+    for (std::array<std::int32_t, 3> t : other.triangles) {
+        for (std::int32_t& c : t) c += first;
+        both.triangles.push_back(t);
+    }
+    const Surface s(both, by(ProjectionKind::cylinder));
+    Layer l = layer(400);
+    const auto inner = [&](const Vec3d& p) { return std::min(p.length(), (p - shift).length()) < 0.98; };
+    const auto all = scatter(s, l, {}, 0);
+    EXPECT_NEAR(double(all.size()), 400 * s.area(), 0.02 * 400 * s.area()); // the hidden parts too
+    EXPECT_GT(std::count_if(all.begin(), all.end(), [&](const Placement& p) { return inner(p.position); }), 500);
+    for (const Placement& p : all)
+        EXPECT_NEAR(std::min(std::abs(p.position.length() - 1), std::abs((p.position - shift).length() - 1)), 0, 0.02);
+    l.sheets = Sheets::first;
+    const auto outer = scatter(s, l, {}, 0);
+    EXPECT_GT(outer.size(), 1000u);
+    for (const Placement& p : outer) EXPECT_FALSE(inner(p.position)) << p.position;
+}
+
 TEST(Scatter, onlyTheFirstSheetWhereTheLayerSaysSo)
 {
     Mesh m = sphere(16), inner = sphere(16);

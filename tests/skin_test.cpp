@@ -81,6 +81,34 @@ TEST(Skin, liesUnderTheSurfaceWhereAsked)
     EXPECT_NEAR(mean / sum, -3, 0.01);
 }
 
+TEST(Skin, ofPartsThatIntersectTheDensitiesAdd)
+{
+    Mesh crossed = slab(0.5, {1, 0, 0}).mesh();
+    const Mesh other = slab(0.5, {0, 0.1, 1}).mesh();
+    for (const Vec3d& p : other.points) crossed.points.push_back(p);
+    crossed.normals.insert(crossed.normals.end(), other.normals.begin(), other.normals.end());
+    for (std::array<std::int32_t, 3> t : other.triangles) crossed.triangles.push_back({t[0] + 4, t[1] + 4, t[2] + 4});
+    SkinSpec spec;
+    spec.material = "leather";
+    spec.transmittance = 1e-3;
+    ComposeParams params;
+    params.voxel = 0.02;
+    const auto skinOf = [&](const Surface& s) {
+        ComposeExtras extras;
+        extras.skins.emplace_back(s, spec);
+        return unpack(compose({}, {}, extras, params)).parts.at(0);
+    };
+    const VolumePart both = skinOf(Surface(crossed, MapProjection{})), a = skinOf(slab(0.5, {1, 0, 0})), b = skinOf(slab(0.5, {0, 0.1, 1}));
+    double line = 0;
+    for (auto it = both.density->cbeginValueOn(); it; ++it) {
+        const float in_a = a.density->tree().getValue(it.getCoord()), in_b = b.density->tree().getValue(it.getCoord());
+        EXPECT_NEAR(*it, in_a + in_b, 1e-4f * (in_a + in_b));
+        if (in_a > 0 && in_b > 0) line += 1;
+    }
+    EXPECT_GT(line, 50); // where they cross
+    EXPECT_GE(both.density->activeVoxelCount(), a.density->activeVoxelCount());
+}
+
 TEST(Skin, aMapNeedsTextureCoordinates)
 {
     SkinSpec spec;

@@ -167,10 +167,19 @@ TEST(Sheet, panelsShowThePlacementsAndEachMap)
     const Image image = placementSheet({&s}, {{&s, &l}}, p, above(5), 64, 48);
     EXPECT_EQ(image.width, 3 * 64);
     EXPECT_GT(image.pixel(32, 24)[0], 0.5f);             // the first layer's dot is red
-    EXPECT_NEAR(image.pixel(32, 10)[0], 0.3, 0.05);      // the bare surface
+    EXPECT_NEAR(image.pixel(32, 36)[0], 0.3, 0.05);      // the bare surface
     EXPECT_NEAR(image.pixel(64 + 32, 24)[0], 0.5, 0.05); // the map
     EXPECT_GT(image.pixel(128 + 32, 24)[1], 0.9f);
     EXPECT_EQ(image.pixel(128 + 32, 24)[0], 0);
+    int red = 0, pale = 0; // the layer's name in its colour, and the map's
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 64; ++x) {
+            const float *a = image.pixel(x, y), *b = image.pixel(64 + x, y);
+            red += a[0] > 0.6f && a[1] < 0.3f;
+            pale += b[0] > 0.75f && b[1] > 0.75f;
+        }
+    EXPECT_GT(red, 20);
+    EXPECT_GT(pale, 20);
 }
 
 } // namespace
