@@ -397,7 +397,7 @@ Vec3d VoxelTree::toCorner(const Vec3d& p) const { return m_rotation * (p - m_ori
 std::size_t VoxelTree::memoryBytes() const
 {
     return m_slots.size() * sizeof(Slot) + m_children.size() * sizeof(std::int32_t) + m_leaves.size() * sizeof(Leaf) + densityBytes()
-        + m_records.size() * sizeof(std::uint64_t) + m_shared.size() * sizeof(Shared);
+        + m_records.size() * sizeof(std::uint64_t) + m_shared.size() * sizeof(Shared) + m_shown.size() * sizeof(Shown);
 }
 
 VoxelContent VoxelTree::unpack(std::uint64_t record, float density, float colour_scale)

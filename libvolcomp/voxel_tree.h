@@ -58,8 +58,8 @@ public:
     /// file (readVolume(), delayed), the peak is the tree and the grids' topology.
     explicit VoxelTree(Volume&& volume, const Progress& progress = {});
 
-    /// The same particles in voxels of twice the width, which keep the mean transmittance at `tau` of the columns through them (coarserDensity())
-    /// and the spread of the directions. Coarse voxel i holds the fine 2 i and 2 i + 1; toCorner() gives half the fine coordinates.
+    /// The same particles in voxels of twice the width, which keep the mean transmittance at `tau` of the columns through them and what they show
+    /// of light (coarserVoxel()), and the spread of the directions. Coarse voxel i holds the fine 2 i and 2 i + 1; toCorner() gives half the fine coordinates.
     static VoxelTree coarser(const VoxelTree& fine, double tau);
 
     /// What a part's grids said about it.
@@ -165,6 +165,17 @@ public:
     /// The same for one part's particles.
     double fibreFactor(const VoxelContent& content, const Vec3d& d_world) const;
 
+    /// How much less light a voxel of density > 0 shows than one whose particles lie evenly in it (CoarserVoxel), where eye and light lie in the
+    /// directions V and L, unit length. 1 in a tree that was not made by coarser().
+    double shown(int leaf, int voxel, const Vec3d& V, const Vec3d& L) const
+    {
+        if (m_shown.empty()) return 1;
+        const Shown& s = m_shown[recordIndex(m_leaves[leaf], voxel)];
+        const double cosine = V.dot(L);
+        return s[1] + std::abs(cosine) * (s[cosine > 0 ? 0 : 2] - s[1]);
+    }
+    using Shown = std::array<float, 3>; ///< where the light comes from the side of the eye, from across, from behind
+
 private:
     VoxelTree() = default;
     /// `direction` has the length 1 - spread.
@@ -181,6 +192,8 @@ private:
         std::int32_t part;
     };
     class Builder;
+    static void coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction, float* density, Leaf& leaf,
+                            std::array<Shown, 512>& shown);
     void readTransform(const Volume& volume);
 
     static std::uint64_t blockKey(int x, int y, int z)
@@ -216,6 +229,7 @@ private:
     std::vector<float> m_density; ///< 512 a leaf
     std::vector<std::uint64_t> m_records;
     std::vector<Shared> m_shared;
+    std::vector<Shown> m_shown; ///< by record; of coarser trees
     std::vector<Part> m_parts;
     std::vector<char> m_is_fibre; ///< by part
     std::array<double, 64> m_factor_a{}, m_factor_b{};
@@ -224,8 +238,15 @@ private:
     bool m_directed_fibres = false;
 };
 
-/// The density of a voxel that stands for 2 x 2 x 2 (4 x + 2 y + z): for each axis -ln of the mean transmittance of the four columns, over their length;
-/// the mean of the three. `extinction` is the optical depth of density 1 over one of the eight; 0: the mean density.
-double coarserDensity(const double* densities, double extinction);
+/// A voxel that stands for 2 x 2 x 2.
+struct CoarserVoxel {
+    double density; ///< for each axis -ln of the mean transmittance of the four columns, over their length; the mean of the three
+    /// Light that is scattered once inside, over that of a homogeneous voxel of that density: the mean over the axes. Particles that lie in
+    /// clumps shade each other and hide what they light, which the mean transmittance does not tell. 1 where the eight are equal.
+    VoxelTree::Shown shown;
+};
+/// Of the eight densities (4 x + 2 y + z) and what they show themselves. `extinction` is the optical depth of density 1 over one of the eight; 0: the
+/// mean density.
+CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown, double extinction);
 
 } // namespace volcomp

@@ -10,24 +10,108 @@
 
 namespace volcomp {
 
-double coarserDensity(const double* densities, double extinction)
+namespace {
+
+// -ln of the mean transmittance of the columns along an axis, where it is too little for 1 - opacity: log-sum-exp, as a column's depth may exceed 700.
+double darkDepth(const double* depths, int axis)
 {
-    double mean = 0, axes = 0;
+    const int along = 4 >> axis;
+    double columns[4];
+    int count = 0;
+    for (int k = 0; k < 8; ++k)
+        if (!(k & along)) columns[count++] = depths[k] + depths[k | along];
+    const double least = *std::min_element(columns, columns + 4);
+    double sum = 0;
+    for (const double depth : columns) sum += std::expm1(least - depth) / 4;
+    return least - std::log1p(sum);
+}
+
+// Single scattering in a homogeneous cube of depth d across, for a beam through the whole of it: seen from the light, across it, against it.
+VoxelTree::Shown homogeneous(double d)
+{
+    const double opacity = -std::expm1(-d);
+    return {float(opacity * (2 - opacity) / 2), float(opacity * opacity / d), float(d * (1 - opacity))};
+}
+
+} // namespace
+
+CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown, double extinction)
+{
+    double mean = 0;
     for (int k = 0; k < 8; ++k) mean += densities[k] / 8;
-    if (!(extinction > 0) || !(mean > 0)) return mean;
-    for (int axis = 0; axis < 3; ++axis) {
-        const int along = 4 >> axis, across = axis == 0 ? 2 : 4, other = axis == 2 ? 2 : 1;
-        double columns[4];
-        for (int k = 0; k < 4; ++k) {
-            const int first = (k & 1) * across + (k >> 1) * other;
-            columns[k] = extinction * (densities[first] + densities[first + along]);
-        }
-        const double least = *std::min_element(columns, columns + 4);
-        double sum = 0; // log-sum-exp: a column's depth may exceed 700
-        for (const double depth : columns) sum += std::expm1(least - depth) / 4;
-        axes += (least - std::log1p(sum)) / (2 * extinction);
+    if (!(extinction > 0) || !(mean > 0)) return {mean, {1, 1, 1}};
+    double depths[8], opacity[8], pairs[3] = {0, 0, 0}, sum = 0;
+    for (int k = 0; k < 8; ++k) {
+        depths[k] = extinction * densities[k];
+        opacity[k] = depths[k] > 0 ? -std::expm1(-depths[k]) : 0;
+        sum += opacity[k];
     }
-    return axes / 3;
+    for (int k = 0; k < 8; ++k)
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(k & 4 >> axis)) pairs[axis] += opacity[k] * opacity[k | 4 >> axis];
+    double closed[3], total = 0; // opacity along each axis
+    for (int axis = 0; axis < 3; ++axis) closed[axis] = (sum - pairs[axis]) / 4;
+    if (std::max({closed[0], closed[1], closed[2]}) < 0.999)
+        total = -std::log1p(-(closed[0] + (1 - closed[0]) * (closed[1] + (1 - closed[1]) * closed[2])));
+    else
+        for (int axis = 0; axis < 3; ++axis) total += darkDepth(depths, axis);
+    CoarserVoxel v{total / (6 * extinction), {1, 1, 1}};
+
+    // A beam into each face, light by axes: what the voxels add, behind and beside each other.
+    double fine[3] = {0, 0, 0};
+    for (int k = 0; k < 8; ++k) {
+        if (!(opacity[k] > 0)) continue;
+        double passes[3], squares = 0, both = 0; // through the neighbour along each axis
+        for (int axis = 0; axis < 3; ++axis) {
+            passes[axis] = 1 - opacity[k ^ 4 >> axis];
+            both += passes[axis];
+            squares += passes[axis] * passes[axis];
+        }
+        const VoxelTree::Shown own = homogeneous(depths[k]);
+        const double a = 1 + passes[0], b = 1 + passes[1], c = 1 + passes[2];
+        fine[0] += double(shown[k][0]) * own[0] * (3 + squares) / 24;
+        fine[1] += double(shown[k][1]) * own[1] * (a * b + a * c + b * c) / 48;
+        fine[2] += double(shown[k][2]) * own[2] * both / 12;
+    }
+    const VoxelTree::Shown even = homogeneous(total / 3);
+    for (int i = 0; i < 3; ++i)
+        if (even[i] > 1e-6f * float(sum)) v.shown[i] = float(fine[i] / double(even[i]));
+    return v;
+}
+
+namespace {
+
+constexpr int kSteps[8] = {0, 1, 8, 9, 64, 65, 72, 73}; // from a voxel's first part to all, in the order of coarserVoxel()
+
+} // namespace
+
+// One leaf into the octant (4 x + 2 y + z) of a coarser one: densities, mask, and what they show.
+void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction, float* density, Leaf& leaf,
+                            std::array<Shown, 512>& shown)
+{
+    const Leaf& from = fine.m_leaves[child];
+    const float* finer = fine.densities(child);
+    const int corner = offset((octant >> 2) * 4, (octant >> 1 & 1) * 4, (octant & 1) * 4);
+    std::array<Shown, 8> own;
+    own.fill({1, 1, 1});
+    for (int x = 0; x < 4; ++x) {
+        std::uint64_t any = from.mask[2 * x] | from.mask[2 * x + 1];
+        any |= any >> 8;
+        any = (any | any >> 1) & 0x0055005500550055;
+        for (; any; any &= any - 1) {
+            const int at = __builtin_ctzll(any), first = 2 * x << 6 | at, n = corner + (x << 6 | (at >> 4) << 3 | (at & 7) >> 1);
+            double densities[8];
+            for (int k = 0; k < 8; ++k) {
+                densities[k] = finer[first + kSteps[k]];
+                if (!fine.m_shown.empty() && densities[k] > 0) own[k] = fine.m_shown[fine.recordIndex(from, first + kSteps[k])];
+            }
+            const CoarserVoxel v = coarserVoxel(densities, own.data(), extinction);
+            if (!(float(v.density) > 0)) continue;
+            density[n] = float(v.density);
+            shown[n] = v.shown;
+            leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
+        }
+    }
 }
 
 VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
@@ -84,6 +168,7 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
 
     struct Filled { // what a leaf adds to the tables; list entries are counted from the leaf's first
         std::vector<std::uint64_t> records;
+        std::vector<Shown> shown;
         std::vector<Shared> shared;
     };
     std::vector<Filled> filled(sources.size());
@@ -93,7 +178,7 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
         struct Sum {
             explicit Sum(int p) : part(p) { }
             int part;
-            double density = 0;
+            double density = 0, around = 0;
             SymmetricTensor directions;
             Vec3d colour{0.0};
         };
@@ -104,34 +189,27 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
         };
         std::vector<Sum> sums;
         std::vector<Entry> entries;
+        std::array<Shown, 512> shown;
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             Leaf& leaf = t.m_leaves[i];
             const std::array<int, 8>& leaves = sources[i];
             leaf.uniform = std::all_of(leaves.begin(), leaves.end(), [&](int l) { return l == leaves[0]; });
             leaf.colour_scale = 0;
             entries.clear();
+            for (int octant = 0; octant < 8; ++octant)
+                if (leaves[octant] != kEmpty) coarsenLeaf(fine, leaves[octant], octant, extinction, &t.m_density[i * 512], leaf, shown);
             for (int n = 0; n < 512; ++n) {
-                double densities[8];
-                int child[8], voxel[8];
-                bool any = false;
-                for (int k = 0; k < 8; ++k) {
-                    const int x = 2 * (n >> 6) + (k >> 2), y = 2 * (n >> 3 & 7) + (k >> 1 & 1), z = 2 * (n & 7) + (k & 1);
-                    child[k] = leaves[(x >> 3) << 2 | (y >> 3) << 1 | z >> 3];
-                    voxel[k] = offset(x, y, z);
-                    densities[k] = child[k] == kEmpty ? 0 : fine.densities(child[k])[voxel[k]];
-                    any |= densities[k] > 0;
-                }
-                if (!any) continue;
-                const float density = float(coarserDensity(densities, extinction));
-                if (!(density > 0)) continue;
-                t.m_density[i * 512 + n] = density;
-                leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
-                if (leaf.uniform && n > 0) continue;
+                if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0)) continue;
+                filled[i].shown.push_back(shown[n]);
+                const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
+                const Leaf& from = fine.m_leaves[child];
+                const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
                 sums.clear();
                 double total = 0;
-                for (int k = 0; k < 8; ++k) {
-                    if (!(densities[k] > 0)) continue;
-                    fine.contents(child[k], voxel[k], [&](const VoxelContent& c) {
+                for (const int step : kSteps) {
+                    const int voxel = first + step;
+                    if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
+                    fine.contents(child, voxel, [&](const VoxelContent& c) {
                         auto sum = std::find_if(sums.begin(), sums.end(), [&](const Sum& s) { return s.part == c.part; });
                         if (sum == sums.end()) sum = sums.insert(sum, Sum(c.part));
                         sum->density += c.density;
@@ -141,10 +219,14 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
                         // t tᵀ of the directions that the voxel stands for: one along, the square of the spread across.
                         const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code), w = c.density / (1 + 2 * s2);
                         sum->directions.add(w * (1 - s2), c.direction);
-                        for (const Vec3d& e : {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)}) sum->directions.add(w * s2, e);
+                        sum->around += w * s2;
                     });
                 }
-                for (const Sum& s : sums) {
+                const float density = t.m_density[i * 512 + n];
+                for (Sum& s : sums) {
+                    s.directions.xx += s.around;
+                    s.directions.yy += s.around;
+                    s.directions.zz += s.around;
                     const Vec3d direction = principalDirection(s.directions).stored(), colour = s.colour / s.density;
                     entries.push_back({n, s.part, float(density * s.density / total), Vec3f(direction), Vec3f(colour)});
                     leaf.colour_scale = std::max(leaf.colour_scale, float(std::max({colour[0], colour[1], colour[2]})));
@@ -171,6 +253,7 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
         t.m_leaves[i].first = std::uint32_t(t.m_records.size());
         for (const std::uint64_t record : filled[i].records)
             t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size() : record);
+        t.m_shown.insert(t.m_shown.end(), filled[i].shown.begin(), filled[i].shown.end());
         t.m_shared.insert(t.m_shared.end(), filled[i].shared.begin(), filled[i].shared.end());
         const Leaf& l = t.m_leaves[i];
         t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);

@@ -34,6 +34,17 @@ Volume noise(int size, double fill, double most)
 
 } // namespace
 
+namespace {
+
+const std::array<VoxelTree::Shown, 8> kEven = [] {
+    std::array<VoxelTree::Shown, 8> shown;
+    shown.fill({1, 1, 1});
+    return shown;
+}();
+double coarserDensity(const double* densities, double extinction) { return coarserVoxel(densities, kEven.data(), extinction).density; }
+
+} // namespace
+
 TEST(VoxelTree, CoarserDensityKeepsTheMeanTransmittanceOfColumns)
 {
     const double same[8] = {2, 2, 2, 2, 2, 2, 2, 2};
@@ -47,6 +58,47 @@ TEST(VoxelTree, CoarserDensityKeepsTheMeanTransmittanceOfColumns)
     EXPECT_NEAR(coarserDensity(wall, 1), (1.5 + 2 * across) / 3, 1e-12);
     const double one[8] = {1e-9, 0, 0, 0, 0, 0, 0, 0};
     EXPECT_NEAR(coarserDensity(one, 1), 1e-9 / 8, 1e-18);
+}
+
+// Single scattering in eight voxels, by beams cut into many, against that of the coarser voxel times what it shows.
+TEST(VoxelTree, CoarserVoxelsShowTheLightThatTheirPartsShow)
+{
+    Random random(11);
+    for (int n = 0; n < 20; ++n) {
+        double depths[8];
+        for (double& d : depths) d = n == 0 ? 0.7 : random.uniform() < 0.5 ? 0 : 3 * random.uniform();
+        depths[3] += 0.01;
+        if (n == 0) depths[3] = 0.7;
+        const CoarserVoxel v = coarserVoxel(depths, kEven.data(), 1);
+        const double whole[8] = {v.density, v.density, v.density, v.density, v.density, v.density, v.density, v.density};
+        // Along a beam into the face across `eye`, against it or not, light along `light`: midpoints of kCuts^3 cells a voxel.
+        constexpr int kCuts = 48;
+        const auto scattered = [&](const double* density, int eye, bool eye_up, int light, bool light_up) {
+            double sum = 0;
+            for (int k = 0; k < 8; ++k)
+                for (int i = 0; i < kCuts; ++i)
+                    for (int j = 0; j < kCuts; ++j) {
+                        const double in_eye = (i + 0.5) / kCuts, in_light = eye == light ? in_eye : (j + 0.5) / kCuts;
+                        const auto depthTo = [&](int axis, bool up, double at) { // to the face that the beam enters by
+                            const int along = 4 >> axis;
+                            const bool before = up ? !(k & along) : (k & along);
+                            return density[k] * (up ? 1 - at : at) + (before ? density[k ^ along] : 0);
+                        };
+                        sum += density[k] * std::exp(-depthTo(eye, eye_up, in_eye) - depthTo(light, light_up, in_light));
+                    }
+            return sum / (4 * kCuts * kCuts);
+        };
+        double parts[3] = {0, 0, 0}, even[3] = {0, 0, 0};
+        for (int eye = 0; eye < 3; ++eye)
+            for (int light = 0; light < 3; ++light)
+                for (int ends = 0; ends < 4; ++ends) {
+                    const int from = eye != light ? 1 : (ends & 1) == ends >> 1 ? 0 : 2;
+                    parts[from] += scattered(depths, eye, ends & 1, light, ends >> 1);
+                    even[from] += scattered(whole, eye, ends & 1, light, ends >> 1);
+                }
+        for (int from = 0; from < 3; ++from) EXPECT_NEAR(v.shown[from] * even[from], parts[from], 1e-3 * even[from]) << n << " " << from;
+        for (const float shown : v.shown) EXPECT_TRUE(n > 0 || std::abs(shown - 1) < 1e-6) << shown;
+    }
 }
 
 TEST(VoxelTree, AHomogeneousBlockIsExactAtEveryLevel)
