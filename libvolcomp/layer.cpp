@@ -17,6 +17,7 @@ void Layer::validate() const
     if (!span(turn) || !span(tilt)) fail("finite angles [low, high] with low <= high");
     if (!std::isfinite(offset) || !std::isfinite(comb_angle) || !std::isfinite(comb.lengthSqr()))
         fail("a finite offset, comb and comb_degrees");
+    if (!(upright >= 0 && upright <= 1)) fail("an upright from 0 to 1");
 }
 
 Layer readLayer(TableReader& r, int index)
@@ -54,6 +55,10 @@ Layer readLayer(TableReader& r, int index)
     l.comb_space = r.choice<CombSpace>({"comb_space", "", "axes of comb_map: x along u and y along v, or the world's"}, l.comb_space,
                                        {{"tangent", CombSpace::tangent}, {"world", CombSpace::world}});
     l.comb_angle = kDegree * r.number({"comb_degrees", "degrees", "how far combed boxes lean from the surface's normal"}, 45, {0, 180});
+    l.upright =
+        r.number({"upright", "",
+                  "the axis of uncombed, untilted boxes: 0 along the surface's normal, 1 along the world's +Y, as trees grow on slopes"},
+                 l.upright, {0, 1});
     l.offset = r.number({"offset", "m", "of the root along the normal; negative: into the surface"}, l.offset, kAny);
     r.finish();
     l.validate();

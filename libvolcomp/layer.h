@@ -49,6 +49,7 @@ struct Layer {
     std::filesystem::path comb_map;            ///< instead: red, green, blue of an image, 0 ... 1 meaning -1 ... 1
     CombSpace comb_space = CombSpace::tangent; ///< of comb_map
     double comb_angle = kPi / 4;               ///< from the normal to the axis
+    double upright = 0;                        ///< of the axis, before the comb: 0 along the normal, 1 along the world's +Y
     double offset = 0;                         ///< of the root along the normal
 
     void validate() const;

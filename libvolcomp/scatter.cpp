@@ -99,15 +99,20 @@ private:
             (m_layer.scale.first + (m_layer.scale.second - m_layer.scale.first) * size) * m_maps.size.value(s.uv, s.position);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
-        Vec3d y = s.normal, x = anyTangent(y);
+        Vec3d axis = s.normal;
+        if (m_layer.upright > 0) {
+            const Vec3d raised = axis * (1 - m_layer.upright) + Vec3d(0, m_layer.upright, 0);
+            if (const double length = raised.length(); length > 1e-6) axis = raised / length; // 0: half upright on a ceiling
+        }
+        Vec3d y = axis, x = anyTangent(y);
         if (m_layer.combed) {
             Vec3d along = combDirection(s);
             along -= y * along.dot(y);
             if (const double length = along.length(); length > 1e-6) {
                 along /= length;
                 const double c = std::cos(m_layer.comb_angle), sine = std::sin(m_layer.comb_angle);
-                x = along * c - s.normal * sine;
-                y = s.normal * c + along * sine;
+                x = along * c - axis * sine;
+                y = axis * c + along * sine;
             }
         }
         if (m_layer.tilt.second > 0) {

@@ -241,6 +241,28 @@ TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
     EXPECT_LT(std::abs(sideways) / double(tilted.size()), 0.05);
 }
 
+TEST(Scatter, uprightTurnsTheAxisFromTheNormalToTheSky)
+{
+    const Surface s(sphere(32), by(ProjectionKind::sphere));
+    Layer l = layer(200);
+    const auto plain = scatter(s, l, {}, 0);
+    for (const double upright : {0.5, 1.0}) {
+        l.upright = upright;
+        const auto raised = scatter(s, l, {}, 0);
+        ASSERT_EQ(raised.size(), plain.size());
+        for (std::size_t i = 0; i < raised.size(); ++i) {
+            EXPECT_EQ(raised[i].position, plain[i].position);
+            const Vec3d n(plain[i].y_axis), y(raised[i].y_axis);
+            if (n[1] < -0.99) continue; // half upright on a ceiling has no direction
+            const Vec3d wanted = upright == 1 ? Vec3d(0, 1, 0) : (n + Vec3d(0, 1, 0)).unit();
+            EXPECT_LT((y - wanted).length(), 1e-5);
+            EXPECT_LT((raised[i].x_axis.cross(raised[i].y_axis) - raised[i].z_axis).length(), 1e-5f);
+        }
+    }
+    l.upright = 1.5;
+    EXPECT_THROW(l.validate(), Error);
+}
+
 // Two spheres through each other: what meshes of several parts bring.
 TEST(Scatter, partsThatIntersectHaveBoxesOnBothOrOnTheOuterAlone)
 {
