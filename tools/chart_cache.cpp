@@ -100,7 +100,8 @@ json ChartCache::composed(double voxel)
 fs::path ChartCache::volume(double voxel)
 {
     const json what = composed(voxel);
-    const fs::path figures = what["figures"].get<std::string>(), file = what["volume"].get<std::string>();
+    const fs::path figures = what["figures"].get<std::string>();
+    fs::path file = what["volume"].get<std::string>();
     if (fs::exists(file) && readJson(figures).is_object()) return file;
     const auto runOwn = [&](std::vector<std::string> arguments) {
         arguments[0] = (ownDirectory() / arguments[0]).string();
@@ -151,7 +152,7 @@ Measured ChartCache::remember(const std::string& name, const json& what, const s
     const fs::path figures = place("render", key, ".json"), picture = place("render", key, ".exr");
     const json known = readJson(figures);
     if (known.is_object() && fs::exists(picture)) return {readImage(picture), known.at("cpu_seconds")};
-    const Measured result = measure();
+    Measured result = measure();
     writeImage(picture, result.image);
     writeJson(figures, {{"name", name}, {"key", key}, {"cpu_seconds", result.cpu_seconds}}); // last: it says that the picture is there
     return result;

@@ -123,6 +123,7 @@ void run(Tool& tool, const Options& options)
     });
 
     std::vector<const Surface*> all_surfaces;
+    all_surfaces.reserve(surfaces.size());
     for (const Surface& s : surfaces) all_surfaces.push_back(&s);
     if (!options.placements.empty()) {
         std::vector<std::string> boxes, layers;
