@@ -126,6 +126,18 @@ Scene readScene(const std::filesystem::path& file)
     return read(reader, 0);
 }
 
+void leaveOut(Scene& scene, const std::string& surface)
+{
+    if (!hasName(scene.surfaces, surface)) {
+        std::string names;
+        for (const SurfaceSpec& s : scene.surfaces) names += (names.empty() ? "" : ", ") + s.name;
+        throw fileError(scene.file, "--leave-out", "the name of a surface (" + names + ")", "'" + surface + "'");
+    }
+    const auto drop = [](auto& list, const auto& which) { list.erase(std::remove_if(list.begin(), list.end(), which), list.end()); };
+    drop(scene.surfaces, [&](const SurfaceSpec& s) { return s.name == surface; });
+    drop(scene.layers, [&](const Layer& l) { return l.surface == surface; });
+}
+
 std::vector<KeyDoc> sceneKeys()
 {
     std::vector<KeyDoc> docs;

@@ -218,6 +218,21 @@ TEST_F(Programs, badValuesInTheScene)
     }
 }
 
+TEST_F(Programs, surfacesAreLeftOut)
+{
+    ASSERT_EQ(bake().status, 0);
+    expectFailure(compose("--leave-out grund"), {"--leave-out", "(ground)", "'grund'"}, "volume.vdb");
+    writeSceneWith("[[layer]]", "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\n\n[[layer]]\nsurface = \"ground\"");
+    ASSERT_EQ(compose("--stats with.json").status, 0);
+    ASSERT_EQ(compose("--stats without.json --leave-out ground").status, 0);
+    const auto with = nlohmann::json::parse(read("with.json")), without = nlohmann::json::parse(read("without.json"));
+    EXPECT_EQ(with["surfaces"].size(), 2u);
+    EXPECT_TRUE(without["surfaces"].contains("wall") && without["surfaces"].size() == 1);
+    EXPECT_GT(with["placements"], 10);
+    EXPECT_EQ(without["placements"], 0);
+    EXPECT_GT(without["active_voxels"], 100);
+}
+
 TEST_F(Programs, badMeshes)
 {
     ASSERT_EQ(bake().status, 0);

@@ -77,10 +77,11 @@ json readJson(const fs::path& file)
 
 } // namespace
 
-ChartCache::ChartCache(Tool& tool, const Scene& scene, fs::path directory) : m_tool(tool), m_scene(scene), m_directory(std::move(directory))
+ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out, fs::path directory)
+    : m_tool(tool), m_scene(scene), m_leave_out(std::move(leave_out)), m_directory(std::move(directory))
 {
     std::set<fs::path> seen;
-    m_scene_key = hex(hashFiles(fs::canonical(scene.file), seen));
+    m_scene_key = {hex(hashFiles(fs::canonical(scene.file), seen)), m_leave_out};
     for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"})
         m_program_key.push_back(hex(hashText(1, readBytes(ownDirectory() / program))));
     fs::create_directories(m_directory);
@@ -116,8 +117,10 @@ fs::path ChartCache::volume(double voxel)
         std::ofstream(boxes / "done").flush();
     }
     const double seconds = m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
-        return runOwn({"volcomp-compose", m_scene.file.string(), "--boxes", boxes.string(), "--voxel", fmt::format("{:.17g}", voxel), "-o",
-                       file.string()});
+        std::vector<std::string> command{"volcomp-compose", m_scene.file.string(),         "--boxes", boxes.string(),
+                                         "--voxel",         fmt::format("{:.17g}", voxel), "-o",      file.string()};
+        for (const std::string& surface : m_leave_out) command.insert(command.end(), {"--leave-out", surface});
+        return runOwn(command);
     });
     writeJson(figures, {{"key", what["key"]}, {"cpu_seconds", seconds}});
     return file;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "image.h"
 #include "render_params.h"
@@ -23,8 +24,8 @@ struct Measured {
 /// file and the files that it names, the programs, and the settings. One volume is in memory at a time.
 class ChartCache {
 public:
-    /// Keeps its files in `directory`. The references must outlive this.
-    ChartCache(Tool& tool, const Scene& scene, std::filesystem::path directory);
+    /// Keeps its files in `directory`; `leave_out` names the surfaces that are not in `scene` any more. The references must outlive this.
+    ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out, std::filesystem::path directory);
 
     /// A render of the scene's volume of that voxel: sweep and trees of the method included, loading the volume not. `lights` false: without light.
     Measured render(const std::string& name, double voxel, const RenderParams& params, bool lights = true);
@@ -48,6 +49,7 @@ private:
 
     Tool& m_tool;
     const Scene& m_scene;
+    std::vector<std::string> m_leave_out;
     std::filesystem::path m_directory;
     nlohmann::json m_scene_key, m_program_key;
     std::unique_ptr<VoxelTree> m_tree;

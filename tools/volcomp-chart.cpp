@@ -27,6 +27,7 @@ struct Options {
     fs::path scene, directory;
     int width = 128, samples = 49; // not a number of the matrix: other places in the pixel
     bool voxels = true;
+    std::vector<std::string> leave_out;
 };
 
 /// A setting: its name in the chart, the family that gives it its colour, and what it changes.
@@ -65,6 +66,8 @@ std::vector<Row> radianceRows()
         add(fmt::format("trilinear, cutoff {:g}, 4", cutoff), "other cutoff",
             [=](RenderParams& p) { p.cutoff = cutoff, p.shadows = Shadows::exact, p.filter = Filter::trilinear; });
     }
+    for (const int samples : {1, 4})
+        add(fmt::format("lod, {}", samples), "level of detail, sweep", [=](RenderParams& p) { p.samples = samples, p.lod = true; });
     add("no shadows, 4", "left out", [](RenderParams& p) { p.shadows = Shadows::none; });
     add("isotropic, 4", "left out", [](RenderParams& p) { p.extinction = Extinction::isotropic; });
     return rows;
@@ -373,12 +376,13 @@ RenderParams baseParams(const Scene& scene, int width)
 void run(Tool& tool, const Options& options)
 {
     if (!hasProgram("gnuplot")) throw Error("gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
-    const Scene scene = readScene(options.scene);
+    Scene scene = readScene(options.scene);
+    for (const std::string& surface : options.leave_out) leaveOut(scene, surface);
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
     tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}", base.width, base.height, voxel,
                          (options.directory / "cache").string()));
-    Study study{tool, options, scene, voxel, base, {tool, scene, options.directory / "cache"}};
+    Study study{tool, options, scene, voxel, base, {tool, scene, options.leave_out, options.directory / "cache"}};
 
     ChartPanel sizes;
     sizes.title = "Voxel size (compose + render, sweep, 16 samples)";
@@ -396,7 +400,7 @@ void run(Tool& tool, const Options& options)
             "relative error (RMSE / mean)", radiance, false),
         timeAgainstError("Transmittance, against exact trilinear (steps)", "relative error (RMSE / mean)", transmittance, true), sizes,
         stabilityPanel()};
-    panels[1].key = "bottom left";
+    panels[1].key = "at graph 0.45, graph 0.42 left top";
     panels[2].key = "top center";
     panels[3].key = "at graph 0.05, graph 0.4 left top";
     panels[0].place = {0.065, 0.03, 0.92, 0.49};
@@ -431,6 +435,9 @@ int main(int argc, char** argv)
     tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")
         ->capture_default_str()
         ->check(CLI::Range(1, 65536));
+    tool.app.add_option("--leave-out", options.leave_out, "Measure without this surface and the layers on it; may be given more than once")
+        ->type_name("SURFACE")
+        ->allow_extra_args(false);
     tool.app.add_flag("!--no-voxels", options.voxels, "Leave out the chart of voxel sizes, which composes eight volumes");
     return tool.main(argc, argv, [&] { run(tool, options); });
 }

@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 struct Options {
     fs::path scene, output, boxes;
     fs::path placements, sheet;
+    std::vector<std::string> leave_out;
     GridNames grid_names = GridNames::houdini;
     double voxel = 0, max_memory_mb = 0;
 };
@@ -73,7 +74,8 @@ double fittingVoxel(const std::vector<Box>& boxes, const std::vector<Placement>&
 
 void run(Tool& tool, const Options& options)
 {
-    const Scene scene = readScene(options.scene);
+    Scene scene = readScene(options.scene);
+    for (const std::string& surface : options.leave_out) leaveOut(scene, surface);
     ComposeParams params = scene.compose;
     if (options.voxel > 0) params.voxel = options.voxel;
 
@@ -199,6 +201,9 @@ int main(int argc, char** argv)
     tool.app.add_option("--max-memory", options.max_memory_mb, "Refuse a volume that needs more, in MB; 0: 3/4 of the machine's memory")
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
+    tool.app.add_option("--leave-out", options.leave_out, "Compose without this surface and the layers on it; may be given more than once")
+        ->type_name("SURFACE")
+        ->allow_extra_args(false);
     addChoice(tool.app, "--grid-names", options.grid_names,
               "Name of the colour's grid: Cd as in Houdini (the default), or color as in Blender", kGridNamesWords);
     tool.app.add_option("--placements", options.placements, "Also write where the boxes stand")->type_name("FILE.json|.ply");
