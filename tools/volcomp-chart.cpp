@@ -401,7 +401,7 @@ void run(Tool& tool, const Options& options)
         timeAgainstError("Transmittance, against exact trilinear (steps)", "relative error (RMSE / mean)", transmittance, true), sizes,
         stabilityPanel()};
     panels[1].key = "at graph 0.45, graph 0.42 left top";
-    panels[2].key = "top center";
+    panels[2].key = "at graph 0.28, graph 0.98 left top";
     panels[3].key = "at graph 0.05, graph 0.4 left top";
     panels[0].place = {0.065, 0.03, 0.92, 0.49};
     panels[1].place = {0.065, 0.60, 0.25, 0.34};
