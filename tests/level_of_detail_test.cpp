@@ -32,15 +32,26 @@ Volume noise(int size, double fill, double most)
     return volume;
 }
 
-} // namespace
-
-namespace {
-
 const std::array<VoxelTree::Shown, 8> kEven = [] {
     std::array<VoxelTree::Shown, 8> shown;
     shown.fill({1, 1, 1});
     return shown;
 }();
+/// noise(64, ...) at eight voxels a pixel, without a cutoff.
+Image fromAfar(const VoxelTree& tree, const Light& light, int samples, bool lod)
+{
+    Camera camera;
+    camera.eye = {27, 32, 500};
+    camera.target = {27, 32, 0};
+    camera.field_of_view = 0.2;
+    RenderParams params;
+    params.width = params.height = 14;
+    params.cutoff = 0;
+    params.samples = samples;
+    params.lod = lod;
+    return render(tree, {}, camera, {light}, params);
+}
+
 double coarserDensity(const double* densities, double extinction) { return coarserVoxel(densities, kEven.data(), extinction).density; }
 
 } // namespace
@@ -208,21 +219,9 @@ TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
 TEST(LevelOfDetail, InSparseNoiseOneSampleIsWorthMoreThanFourWithout)
 {
     const VoxelTree tree(noise(64, 0.05, 1));
-    Camera camera;
-    camera.eye = {27, 32, 500};
-    camera.target = {27, 32, 0};
-    camera.field_of_view = 0.2;
-    RenderParams params;
-    params.width = params.height = 14; // eight voxels a pixel
-    params.cutoff = 0;
     Light light;
     light.direction = Vec3d(1, -1, -1).unit();
-    const auto picture = [&](int samples, bool lod) {
-        params.samples = samples;
-        params.lod = lod;
-        return render(tree, {}, camera, {light}, params);
-    };
-    const Image reference = picture(256, false), four = picture(4, false), one = picture(1, true);
+    const Image reference = fromAfar(tree, light, 256, false), four = fromAfar(tree, light, 4, false), one = fromAfar(tree, light, 1, true);
     double error_four = 0, error_one = 0;
     for (int y = 4; y < 10; ++y)
         for (int x = 4; x < 10; ++x) { // inside the outline
@@ -237,17 +236,8 @@ TEST(LevelOfDetail, InSparseNoiseOneSampleIsWorthMoreThanFourWithout)
 TEST(LevelOfDetail, ClumpsAreAsBrightFromAfar)
 {
     const VoxelTree tree(noise(64, 0.1, 6));
-    Camera camera;
-    camera.eye = {27, 32, 500};
-    camera.target = {27, 32, 0};
-    camera.field_of_view = 0.2;
-    RenderParams params;
-    params.width = params.height = 14; // eight voxels a pixel
-    params.cutoff = 0;
     const auto mean = [&](const Light& light, int samples, bool lod) {
-        params.samples = samples;
-        params.lod = lod;
-        const Image image = render(tree, {}, camera, {light}, params);
+        const Image image = fromAfar(tree, light, samples, lod);
         double sum = 0;
         for (int y = 4; y < 10; ++y)
             for (int x = 4; x < 10; ++x) sum += image.pixel(x, y)[0];
