@@ -109,6 +109,14 @@ void interleave(const half* x, const half* y, const half* z, Half3* to, std::siz
     for (; i < count; ++i) to[i] = {x[i], y[i], z[i]};
 }
 
+bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b)
+{
+    for (const int shift : {12, 7, 3})
+        for (int i = 0; i < 3; ++i)
+            if (a[i] >> shift != b[i] >> shift) return a[i] >> shift < b[i] >> shift;
+    return false;
+}
+
 std::size_t PackedPart::voxels() const
 {
     std::size_t n = 0;

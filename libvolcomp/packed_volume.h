@@ -42,21 +42,24 @@ struct PackedBlock {
     openvdb::Coord origin;             ///< of its first voxel, multiples of 8
     std::uint32_t count = 0;           ///< active voxels, 1 to 512
     std::array<std::uint64_t, 8> mask; ///< bit 8 y + z of word x: voxel (x, y, z) is active; the bits' order is the values'
-    std::byte* values = nullptr;       ///< in the part's stores: densities, then directions and colours where the part has them
+    std::byte* values = nullptr;       ///< in the part's stores: densities, then directions, colours and `shown` where the part has them
 };
+
+/// Whether an OpenVDB tree keeps the leaf at `a` before that at `b`: by its nodes of 4096^3, 128^3 and 8^3 voxels.
+bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b);
 
 /// The active voxels of one material, block by block.
 struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
-    bool has_direction = false, has_colour = false;
+    bool has_direction = false, has_colour = false, has_shown = false;
     Vec3f uniform_colour{1.0f};      ///< of every voxel, where has_colour is false
     std::vector<PackedBlock> blocks; ///< in the order of an OpenVDB tree
     std::vector<VoxelStore> stores;
 
-    static std::size_t voxelBytes(bool direction, bool colour)
+    static std::size_t voxelBytes(bool direction, bool colour, bool shown = false)
     {
-        return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0);
+        return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0) + (shown ? sizeof(Half3) : 0);
     }
 
     float* density(const PackedBlock& b) const { return reinterpret_cast<float*>(b.values); }
@@ -67,6 +70,10 @@ struct PackedPart {
     Half3* colour(const PackedBlock& b) const ///< null: uniform_colour
     {
         return has_colour ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, false)) : nullptr;
+    }
+    Half3* shown(const PackedBlock& b) const ///< VolumePart::shown; null: none
+    {
+        return has_shown ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, has_colour)) : nullptr;
     }
     std::size_t voxels() const;
     std::size_t bytes() const;

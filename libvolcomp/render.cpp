@@ -10,7 +10,6 @@
 #include "error.h"
 #include "level_of_detail.h"
 #include "pixel_filter.h"
-#include "voxel_tree.h"
 
 namespace volcomp {
 namespace {
@@ -193,7 +192,21 @@ Image render(const Volume& volume, const std::vector<Material>& materials, const
 }
 
 Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
-             const RenderParams& params, const Progress& progress, RenderStats* stats, RenderWatch* watch)
+             const RenderParams& params, const Progress& progress, RenderStats* stats)
+{
+    camera.validate();
+    params.validate();
+    const double start = seconds();
+    const std::shared_ptr<const VoxelTree> finest(std::shared_ptr<void>(), &tree); // not owned
+    const std::vector<VoxelLevel> levels = voxelLevels(finest, camera, params);
+    const double made = seconds();
+    Image image = render(levels, materials, camera, lights, params, progress, stats);
+    if (stats) stats->prepare_seconds += made - start;
+    return image;
+}
+
+Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials, const Camera& camera,
+             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress, RenderStats* stats, RenderWatch* watch)
 {
     camera.validate();
     params.validate();
@@ -201,9 +214,9 @@ Image render(const VoxelTree& tree, const std::vector<Material>& materials, cons
     const Crop crop = params.crop.width > 0 ? params.crop : Crop{0, 0, params.width, params.height};
     const double start = seconds();
     std::vector<Material> part_materials;
-    for (const VoxelTree::Part& part : tree.parts()) part_materials.push_back(materialOf(part, materials));
+    for (const VoxelTree::Part& part : levels.at(0).tree->parts()) part_materials.push_back(materialOf(part, materials));
     const CameraRays rays(camera, params.width, params.height);
-    const LevelOfDetail tracer(tree, part_materials, lights, params, camera, rays, crop);
+    const LevelOfDetail tracer(levels, part_materials, lights, params, rays, crop);
     const double prepared = seconds();
 
     RenderState own;
@@ -213,7 +226,7 @@ Image render(const VoxelTree& tree, const std::vector<Material>& materials, cons
         stats->rays = counts.rays;
         stats->shadow_rays = counts.shadow_rays;
         stats->shaded_voxels = counts.shaded_voxels;
-        stats->active_voxels = tree.voxelCount();
+        stats->active_voxels = levels[0].tree->voxelCount();
         stats->prepare_seconds = prepared - start;
         stats->march_seconds = seconds() - prepared;
     }

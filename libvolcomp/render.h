@@ -19,7 +19,8 @@ namespace volcomp {
 
 /// What a render did; all counts are exact.
 struct RenderStats {
-    std::uint64_t rays = 0, shadow_rays = 0, shaded_voxels = 0, active_voxels = 0;
+    std::uint64_t rays = 0, shadow_rays = 0, shaded_voxels = 0;
+    std::uint64_t active_voxels = 0;               ///< of the finest level in use
     double prepare_seconds = 0, march_seconds = 0; ///< wall
 };
 
@@ -47,14 +48,19 @@ public:
 };
 
 class VoxelTree;
+struct VoxelLevel;
 
 /// The picture of a volume. Parts find their material by name; an unnamed part takes the first material of its kind, or the
 /// defaults. The bytes of the result do not depend on the number of threads. Channels: R, G, B, A (premultiplied), and with
 /// params.aovs Z, N.X, N.Y, N.Z, albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B of each light, all weighted like R, G, B; depths
 /// are distances from the camera, 0 where nothing is. Throws Error for a material that is not there
 /// and for a state of another picture; Stopped.
+Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials, const Camera& camera,
+             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress = {}, RenderStats* stats = nullptr,
+             RenderWatch* watch = nullptr);
+/// With the levels that the camera needs, made anew.
 Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
-             const RenderParams& params, const Progress& progress = {}, RenderStats* stats = nullptr, RenderWatch* watch = nullptr);
+             const RenderParams& params, const Progress& progress = {}, RenderStats* stats = nullptr);
 Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
              const RenderParams& params, const Progress& progress = {}, RenderStats* stats = nullptr);
 

@@ -202,20 +202,20 @@ Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatG
     return grid;
 }
 
-/// A grid of one direction. With `delayed` its background says it, and there are no leaves.
-Vec3SGrid::Ptr sharedDirection(const FloatGrid& density, const openvdb::Vec3s& direction, bool delayed)
+/// A grid of one value. With `delayed` its background says it, and there are no leaves.
+Vec3SGrid::Ptr sharedVector(const FloatGrid& density, const openvdb::Vec3s& value, bool delayed)
 {
-    auto grid = Vec3SGrid::create(delayed ? direction : openvdb::Vec3s(0));
+    auto grid = Vec3SGrid::create(delayed ? value : openvdb::Vec3s(0));
     grid->setTransform(density.transform().copy());
     if (delayed) return grid;
     grid->tree().topologyUnion(density.tree());
     openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid->tree());
     leaves.foreach ([&](auto& leaf, std::size_t) {
-        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(direction);
+        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(value);
     });
     auto tile = grid->beginValueOn();
     tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile) tile.setValue(direction);
+    for (; tile; ++tile) tile.setValue(value);
     return grid;
 }
 
@@ -233,9 +233,11 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
     else part.kind = has_tangent ? MaterialKind::fibre : MaterialKind::surface;
     if (const std::string name = directionName(part.kind) + suffix; reader.has(name))
         part.direction = readVectors(reader, name, *part.density, !ours);
-    else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection)) {
-        part.direction = sharedDirection(*part.density, *shared, reader.delayed());
-    }
+    else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection))
+        part.direction = sharedVector(*part.density, *shared, reader.delayed());
+    if (const std::string name = "shown" + suffix; ours && reader.has(name)) part.shown = readVectors(reader, name, *part.density, false);
+    else if (const auto shown = metadata<openvdb::Vec3s>(*part.density, kShown))
+        part.shown = sharedVector(*part.density, *shown, reader.delayed());
     for (const GridNames names : {GridNames::houdini, GridNames::blender})
         if (const std::string name = colourName(names) + suffix; !part.colour && reader.has(name))
             part.colour = readVectors(reader, name, *part.density, false);
@@ -287,7 +289,7 @@ VoxelTree readVoxelTree(const fs::path& file, const Progress& progress)
     try {
         double forgotten = 0;
         return VoxelTree(std::move(volume), [&](double done) {
-            if (done - forgotten > 0.05) {
+            if (done - forgotten > 0.01) {
                 forgotten = done;
                 forgetMappedPages(file);
             }

@@ -153,16 +153,8 @@ PackedPart sumOf(const std::vector<PackedPart>& parts)
     std::vector<Source> sources;
     for (const PackedPart& part : parts)
         for (const PackedBlock& b : part.blocks) sources.push_back({&part, &b});
-    const auto placeOf = [](const Source& s) { // the order of a tree: its nodes of 4096^3, 128^3 and 8^3
-        std::array<std::int32_t, 9> place;
-        for (int i = 0; i < 3; ++i) {
-            place[i] = s.block->origin[i] >> 12;
-            place[3 + i] = s.block->origin[i] >> 7;
-            place[6 + i] = s.block->origin[i] >> 3;
-        }
-        return place;
-    };
-    std::stable_sort(sources.begin(), sources.end(), [&](const Source& a, const Source& b) { return placeOf(a) < placeOf(b); });
+    std::stable_sort(sources.begin(), sources.end(),
+                     [](const Source& a, const Source& b) { return inTreeOrder(a.block->origin, b.block->origin); });
     for (std::size_t i = 0; i < sources.size();) {
         PackedBlock block = *sources[i].block;
         float dense[512] = {};
@@ -234,6 +226,7 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNam
                        part.kind == MaterialKind::fibre ? openvdb::VEC_CONTRAVARIANT_RELATIVE : openvdb::VEC_COVARIANT_NORMALIZE);
         if (part.has_colour)
             addVectors(grids, *density, volume, part, &PackedPart::colour, colourName(names) + suffix, kColour, openvdb::VEC_INVARIANT);
+        if (part.has_shown) addVectors(grids, *density, volume, part, &PackedPart::shown, "shown" + suffix, kShown, openvdb::VEC_INVARIANT);
     }
     return grids;
 }

@@ -76,6 +76,7 @@ public:
     std::size_t memoryBytes() const; ///< of all tables
     std::size_t densityBytes() const { return m_density.size() * sizeof(float); }
     const openvdb::CoordBBox& bounds() const { return m_bounds; } ///< voxels, whole leaves, inclusive
+    const Vec3d& origin() const { return m_origin; }              ///< world position of corner coordinates 0
     bool hasDirectedFibres() const { return m_directed_fibres; }
     float maxDensity() const { return m_max_density; }
 
@@ -175,6 +176,7 @@ public:
         return s[1] + std::abs(cosine) * (s[cosine > 0 ? 0 : 2] - s[1]);
     }
     using Shown = std::array<float, 3>; ///< where the light comes from the side of the eye, from across, from behind
+    Shown shown(int leaf, int voxel) const { return m_shown.empty() ? Shown{1, 1, 1} : m_shown[recordIndex(m_leaves[leaf], voxel)]; }
 
 private:
     VoxelTree() = default;
@@ -219,7 +221,7 @@ private:
     double sharedFactor(std::uint64_t record, const Vec3d& d) const;
 
     double m_voxel = 1;
-    Vec3d m_origin{0.0};             ///< world position of corner coordinates 0
+    Vec3d m_origin{0.0};
     openvdb::math::Mat3d m_rotation; ///< world to grid axes
     openvdb::CoordBBox m_bounds;
     std::vector<Slot> m_slots;

@@ -26,10 +26,9 @@ double darkDepth(const double* depths, int axis)
     return least - std::log1p(sum);
 }
 
-// Single scattering in a homogeneous cube of depth d across, for a beam through the whole of it: seen from the light, across it, against it.
-VoxelTree::Shown homogeneous(double d)
+// Single scattering in a homogeneous cube of depth d and opacity 1 - e^-d across, for a beam through the whole of it: seen from the light, across it, against it.
+VoxelTree::Shown homogeneous(double d, double opacity)
 {
-    const double opacity = -std::expm1(-d);
     return {float(opacity * (2 - opacity) / 2), float(opacity * opacity / d), float(d * (1 - opacity))};
 }
 
@@ -67,13 +66,13 @@ CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown
             both += passes[axis];
             squares += passes[axis] * passes[axis];
         }
-        const VoxelTree::Shown own = homogeneous(depths[k]);
+        const VoxelTree::Shown own = homogeneous(depths[k], opacity[k]);
         const double a = 1 + passes[0], b = 1 + passes[1], c = 1 + passes[2];
         fine[0] += double(shown[k][0]) * own[0] * (3 + squares) / 24;
         fine[1] += double(shown[k][1]) * own[1] * (a * b + a * c + b * c) / 48;
         fine[2] += double(shown[k][2]) * own[2] * both / 12;
     }
-    const VoxelTree::Shown even = homogeneous(total / 3);
+    const VoxelTree::Shown even = homogeneous(total / 3, -std::expm1(-total / 3));
     for (int i = 0; i < 3; ++i)
         if (even[i] > 1e-6f * float(sum)) v.shown[i] = float(fine[i] / double(even[i]));
     return v;
@@ -171,94 +170,101 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
         std::vector<Shown> shown;
         std::vector<Shared> shared;
     };
-    std::vector<Filled> filled(sources.size());
     t.m_leaves.resize(sources.size());
     t.m_density.resize(sources.size() * 512);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 32), [&](const auto& range) {
-        struct Sum {
-            explicit Sum(int p) : part(p) { }
-            int part;
-            double density = 0, around = 0;
-            SymmetricTensor directions;
-            Vec3d colour{0.0};
-        };
-        struct Entry {
-            int voxel, part;
-            float density;
-            Vec3f direction, colour;
-        };
-        std::vector<Sum> sums;
-        std::vector<Entry> entries;
-        std::array<Shown, 512> shown;
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            Leaf& leaf = t.m_leaves[i];
-            const std::array<int, 8>& leaves = sources[i];
-            leaf.uniform = std::all_of(leaves.begin(), leaves.end(), [&](int l) { return l == leaves[0]; });
-            leaf.colour_scale = 0;
-            entries.clear();
-            for (int octant = 0; octant < 8; ++octant)
-                if (leaves[octant] != kEmpty) coarsenLeaf(fine, leaves[octant], octant, extinction, &t.m_density[i * 512], leaf, shown);
-            for (int n = 0; n < 512; ++n) {
-                if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0)) continue;
-                filled[i].shown.push_back(shown[n]);
-                const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
-                const Leaf& from = fine.m_leaves[child];
-                const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
-                sums.clear();
-                double total = 0;
-                for (const int step : kSteps) {
-                    const int voxel = first + step;
-                    if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
-                    fine.contents(child, voxel, [&](const VoxelContent& c) {
-                        auto sum = std::find_if(sums.begin(), sums.end(), [&](const Sum& s) { return s.part == c.part; });
-                        if (sum == sums.end()) sum = sums.insert(sum, Sum(c.part));
-                        sum->density += c.density;
-                        sum->colour += c.density * c.colour;
-                        total += c.density;
-                        if (!c.directed) return;
-                        // t tᵀ of the directions that the voxel stands for: one along, the square of the spread across.
-                        const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code), w = c.density / (1 + 2 * s2);
-                        sum->directions.add(w * (1 - s2), c.direction);
-                        sum->around += w * s2;
-                    });
+    constexpr std::size_t kBatch = 4096; // leaves that wait to be put behind the others
+    std::vector<Filled> filled;
+    const auto fill = [&](std::size_t start) {
+        filled.assign(std::min(kBatch, sources.size() - start), {});
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(start, start + filled.size(), 32), [&](const auto& range) {
+            struct Sum {
+                explicit Sum(int p) : part(p) { }
+                int part;
+                double density = 0, around = 0;
+                SymmetricTensor directions;
+                Vec3d colour{0.0};
+            };
+            struct Entry {
+                int voxel, part;
+                float density;
+                Vec3f direction, colour;
+            };
+            std::vector<Sum> sums;
+            std::vector<Entry> entries;
+            std::array<Shown, 512> shown;
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                Leaf& leaf = t.m_leaves[i];
+                const std::array<int, 8>& leaves = sources[i];
+                leaf.uniform = std::all_of(leaves.begin(), leaves.end(), [&](int l) { return l == leaves[0]; });
+                leaf.colour_scale = 0;
+                entries.clear();
+                for (int octant = 0; octant < 8; ++octant)
+                    if (leaves[octant] != kEmpty) coarsenLeaf(fine, leaves[octant], octant, extinction, &t.m_density[i * 512], leaf, shown);
+                for (int n = 0; n < 512; ++n) {
+                    if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0)) continue;
+                    filled[i - start].shown.push_back(shown[n]);
+                    const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
+                    const Leaf& from = fine.m_leaves[child];
+                    const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
+                    sums.clear();
+                    double total = 0;
+                    for (const int step : kSteps) {
+                        const int voxel = first + step;
+                        if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
+                        fine.contents(child, voxel, [&](const VoxelContent& c) {
+                            auto sum = std::find_if(sums.begin(), sums.end(), [&](const Sum& s) { return s.part == c.part; });
+                            if (sum == sums.end()) sum = sums.insert(sum, Sum(c.part));
+                            sum->density += c.density;
+                            sum->colour += c.density * c.colour;
+                            total += c.density;
+                            if (!c.directed) return;
+                            // t tᵀ of the directions that the voxel stands for: one along, the square of the spread across.
+                            const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code), w = c.density / (1 + 2 * s2);
+                            sum->directions.add(w * (1 - s2), c.direction);
+                            sum->around += w * s2;
+                        });
+                    }
+                    const float density = t.m_density[i * 512 + n];
+                    for (Sum& s : sums) {
+                        s.directions.xx += s.around;
+                        s.directions.yy += s.around;
+                        s.directions.zz += s.around;
+                        const Vec3d direction = principalDirection(s.directions).stored(), colour = s.colour / s.density;
+                        entries.push_back({n, s.part, float(density * s.density / total), Vec3f(direction), Vec3f(colour)});
+                        leaf.colour_scale = std::max(leaf.colour_scale, float(std::max({colour[0], colour[1], colour[2]})));
+                    }
                 }
-                const float density = t.m_density[i * 512 + n];
-                for (Sum& s : sums) {
-                    s.directions.xx += s.around;
-                    s.directions.yy += s.around;
-                    s.directions.zz += s.around;
-                    const Vec3d direction = principalDirection(s.directions).stored(), colour = s.colour / s.density;
-                    entries.push_back({n, s.part, float(density * s.density / total), Vec3f(direction), Vec3f(colour)});
-                    leaf.colour_scale = std::max(leaf.colour_scale, float(std::max({colour[0], colour[1], colour[2]})));
+                for (int w = 1; w < 8; ++w) leaf.before[w] = std::uint16_t(leaf.before[w - 1] + __builtin_popcountll(leaf.mask[w - 1]));
+                Filled& out = filled[i - start];
+                for (std::size_t e = 0; e < entries.size();) {
+                    std::size_t end = e + 1;
+                    while (end < entries.size() && entries[end].voxel == entries[e].voxel) ++end;
+                    for (std::size_t k = e; k < end; ++k) {
+                        const std::uint64_t record = pack(entries[k].direction, entries[k].colour, leaf.colour_scale, entries[k].part);
+                        leaf.directed_fibres |= t.m_is_fibre[entries[k].part] && int(record >> 24 & 63) != kSpreadCodes;
+                        if (end - e == 1 && t.m_parts.size() <= kMostParts) out.records.push_back(record);
+                        else out.shared.push_back({record, entries[k].density, entries[k].part});
+                    }
+                    if (end - e > 1 || t.m_parts.size() > kMostParts)
+                        out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32 | (out.shared.size() - (end - e)));
+                    e = end;
                 }
             }
-            for (int w = 1; w < 8; ++w) leaf.before[w] = std::uint16_t(leaf.before[w - 1] + __builtin_popcountll(leaf.mask[w - 1]));
-            Filled& out = filled[i];
-            for (std::size_t e = 0; e < entries.size();) {
-                std::size_t end = e + 1;
-                while (end < entries.size() && entries[end].voxel == entries[e].voxel) ++end;
-                for (std::size_t k = e; k < end; ++k) {
-                    const std::uint64_t record = pack(entries[k].direction, entries[k].colour, leaf.colour_scale, entries[k].part);
-                    leaf.directed_fibres |= t.m_is_fibre[entries[k].part] && int(record >> 24 & 63) != kSpreadCodes;
-                    if (end - e == 1 && t.m_parts.size() <= kMostParts) out.records.push_back(record);
-                    else out.shared.push_back({record, entries[k].density, entries[k].part});
-                }
-                if (end - e > 1 || t.m_parts.size() > kMostParts)
-                    out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32 | (out.shared.size() - (end - e)));
-                e = end;
-            }
+        });
+    };
+    for (std::size_t start = 0; start < sources.size(); start += kBatch) {
+        fill(start);
+        for (std::size_t i = start; i < start + filled.size(); ++i) {
+            const Filled& more = filled[i - start];
+            Leaf& l = t.m_leaves[i];
+            l.first = std::uint32_t(t.m_records.size());
+            for (const std::uint64_t record : more.records)
+                t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size() : record);
+            t.m_shown.insert(t.m_shown.end(), more.shown.begin(), more.shown.end());
+            t.m_shared.insert(t.m_shared.end(), more.shared.begin(), more.shared.end());
+            t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);
+            t.m_directed_fibres |= l.directed_fibres;
         }
-    });
-    for (std::size_t i = 0; i < filled.size(); ++i) {
-        t.m_leaves[i].first = std::uint32_t(t.m_records.size());
-        for (const std::uint64_t record : filled[i].records)
-            t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size() : record);
-        t.m_shown.insert(t.m_shown.end(), filled[i].shown.begin(), filled[i].shown.end());
-        t.m_shared.insert(t.m_shared.end(), filled[i].shared.begin(), filled[i].shared.end());
-        const Leaf& l = t.m_leaves[i];
-        t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);
-        t.m_directed_fibres |= l.directed_fibres;
-        filled[i] = {};
     }
     for (const float density : t.m_density) t.m_max_density = std::max(t.m_max_density, density);
     return t;

@@ -187,7 +187,6 @@ TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
     Volume volume;
     volume.parts.push_back(emptyPart(0.01));
     volume.parts[0].density->denseFill(openvdb::CoordBBox({0, 0, 0}, {31, 31, 511}), 0.5f, true);
-    const VoxelTree tree(volume);
     Camera camera;
     camera.eye = {0.16, 0.16, -0.5};
     camera.target = {0.16, 0.16, 1};
@@ -205,8 +204,9 @@ TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
             const CameraRays rays(camera, params.width, params.height);
             Material material;
             material.alpha = 1;
-            const LevelOfDetail levels(tree, {material}, {light}, params, camera, rays, {0, 0, 2, 2});
-            EXPECT_GE(levels.levelCount(), 2u);
+            const std::vector<VoxelLevel> in_use = voxelLevels(std::make_shared<const VoxelTree>(volume), camera, params);
+            EXPECT_GE(in_use.size(), 2u);
+            const LevelOfDetail levels(in_use, {material}, {light}, params, rays, {0, 0, 2, 2});
             Integrator::Scratch scratch;
             const CameraRay ray = rays.ray(0.9, 1.2);
             const RaySample sample = levels.trace(ray.origin, ray.direction, scratch);

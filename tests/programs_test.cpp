@@ -324,6 +324,28 @@ TEST_F(Programs, aKilledRenderGoesOnToTheSamePixels)
     expectFailure(run("render", job + "--resume -o a.png"), {"a.png.checkpoint", "damaged"}, "a.png");
 }
 
+// Levels are written once, read from then on, and said to be unfit when the volume is another.
+TEST_F(Programs, levelsOfDetailAreWrittenAndRead)
+{
+    ASSERT_EQ(bake().status, 0);
+    ASSERT_EQ(compose().status, 0);
+    const std::string job = "scene.toml --volume volume.vdb --size 6x4 --lod --samples 16 ";
+    const Outcome written = run("render", job + "--write-levels -o a.png");
+    EXPECT_EQ(written.status, 0) << written.output;
+    EXPECT_NE(written.output.find("levels: "), std::string::npos) << written.output;
+    ASSERT_TRUE(fs::exists(path("volume.level1.vdb")));
+    const Outcome again = run("render", job + "--write-levels -o b.png");
+    EXPECT_EQ(again.output.find("levels: "), std::string::npos) << again.output;
+    EXPECT_TRUE(read("a.png") == read("b.png"));
+    EXPECT_EQ(run("render", job + "-o c.png --threads 1").status, 0);
+    EXPECT_TRUE(read("a.png") == read("c.png"));
+
+    ASSERT_EQ(compose().status, 0);
+    const Outcome stale = run("render", job + "-o d.png");
+    EXPECT_EQ(stale.status, 0);
+    EXPECT_NE(stale.output.find("volume.level1.vdb was made of another volume"), std::string::npos) << stale.output;
+}
+
 TEST_F(Programs, aPreviewChangesNoPixel)
 {
     ASSERT_EQ(bake().status, 0);

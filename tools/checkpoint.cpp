@@ -9,6 +9,7 @@
 #include "random.h"
 #include "settings.h"
 #include "vdb_io.h"
+#include "voxel_levels.h"
 
 namespace volcomp {
 namespace {
@@ -38,6 +39,7 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
     const Camera& c = scene.camera;
     json print = {{"version", VOLCOMP_VERSION},
                   {"volume", volumeIdentifier(volume)},
+                  {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau) : 0},
                   {"settings", settingsOf(scene.render)},
                   {"camera", {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view, c.width}},
                   {"lights", json::array()},

@@ -14,7 +14,7 @@
 #include "settings.h"
 #include "tool.h"
 #include "vdb_io.h"
-#include "voxel_tree.h"
+#include "voxel_levels.h"
 
 namespace {
 
@@ -42,15 +42,15 @@ public:
 struct Options {
     fs::path scene, volume, preview;
     std::vector<fs::path> outputs;
-    bool resume = false;
+    bool resume = false, write_levels = false;
     double checkpoint_seconds = 20;
 };
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Renders with pauses in which the preview and the checkpoint are written.
-Image renderWatched(Tool& tool, const Options& options, const Scene& scene, const VoxelTree& tree, const fs::path& checkpoint,
-                    RenderState state, const nlohmann::json& fingerprint, RenderStats& stats)
+Image renderWatched(Tool& tool, const Options& options, const Scene& scene, const std::vector<VoxelLevel>& levels,
+                    const fs::path& checkpoint, RenderState state, const nlohmann::json& fingerprint, RenderStats& stats)
 {
     const bool saves = options.checkpoint_seconds > 0;
     double saved = now();
@@ -69,7 +69,7 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene, cons
         std::optional<StopOnSignal> handler;
         if (saves) handler.emplace();
         try {
-            return render(tree, scene.materials, scene.camera, scene.lights, scene.render, progress, &stats, &watch);
+            return render(levels, scene.materials, scene.camera, scene.lights, scene.render, progress, &stats, &watch);
         } catch (const Stopped& e) {
             throw Error(std::string(e.what()) + "; the same command with --resume goes on from " + checkpoint.string());
         }
@@ -91,6 +91,17 @@ void writePictures(const Options& options, const fs::path& volume, const nlohman
     if (!options.preview.empty()) writeImage(options.preview, image);
 }
 
+/// The volume's files of levels: writes them where that is asked for, and says where there are some that cannot be used.
+void seeToLevels(Tool& tool, const Options& options, const RenderParams& params, const fs::path& volume)
+{
+    if (storedLevels(volume, params.tau) > 0) return;
+    if (options.write_levels) tool.stage("levels", [&](const Progress& progress) { writeVoxelLevels(volume, params.tau, progress); });
+    else if (params.lod && fs::exists(levelFile(volume, 1)))
+        tool.warn(levelFile(volume, 1).string()
+                  + " was made of another volume or for another tau, or the levels behind it are not complete: not used; --write-levels "
+                    "makes them anew");
+}
+
 void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 {
     for (const auto& output : options.outputs) isExrName(output);
@@ -102,6 +113,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 
     const fs::path volume = options.volume.empty() ? options.outputs[0].parent_path() / "volume.vdb" : options.volume;
     const fs::path checkpoint = options.outputs[0].string() + ".checkpoint";
+    seeToLevels(tool, options, scene.render, volume);
     const nlohmann::json fingerprint = renderFingerprint(scene, volume);
     RenderState state;
     if (options.resume && fs::exists(checkpoint)) {
@@ -111,15 +123,18 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     else if (fs::exists(checkpoint))
         tool.warn(checkpoint.string() + " holds a stopped render, which --resume would go on with; this one starts anew");
 
-    const VoxelTree tree = tool.stage("load", [&](const Progress& progress) { return readVoxelTree(volume, progress); });
+    const std::vector<VoxelLevel> levels =
+        tool.stage("load", [&](const Progress& progress) { return readVoxelLevels(volume, scene.camera, scene.render, progress); });
     RenderStats stats;
-    const Image image = renderWatched(tool, options, scene, tree, checkpoint, std::move(state), fingerprint, stats);
+    const Image image = renderWatched(tool, options, scene, levels, checkpoint, std::move(state), fingerprint, stats);
+    std::size_t bytes = 0;
+    for (const VoxelLevel& level : levels) bytes += level.tree->memoryBytes();
     tool.stats["settings"] = settingsOf(scene.render);
     tool.stats["render"] = {{"rays", stats.rays},
                             {"shadow_rays", stats.shadow_rays},
                             {"shaded_voxels", stats.shaded_voxels},
                             {"active_voxels", stats.active_voxels},
-                            {"volume_bytes", tree.memoryBytes()},
+                            {"volume_bytes", bytes},
                             {"prepare_seconds", stats.prepare_seconds},
                             {"march_seconds", stats.march_seconds}};
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels", stats.rays, stats.shadow_rays,
@@ -145,6 +160,9 @@ int main(int argc, char** argv)
     const RenderOptions overrides(tool.app);
     tool.app.add_option("--preview", options.preview, "Also write a coarse picture soon, .exr or .png, and a better one after each pass")
         ->type_name("FILE");
+    tool.app.add_flag(
+        "--write-levels", options.write_levels,
+        "First write the volume's coarser levels beside it (VOLUME.level1.vdb ...): renders with lod then read only those that they need");
     tool.app.add_flag("--resume", options.resume, "Go on where this render was stopped, to the same pixels");
     tool.app
         .add_option("--checkpoint", options.checkpoint_seconds,
