@@ -136,17 +136,24 @@ double ChartCache::composeSeconds(double voxel)
 void ChartCache::forget(double voxel)
 {
     std::error_code code;
-    fs::remove(composed(voxel)["volume"].get<std::string>(), code);
+    const fs::path file = composed(voxel)["volume"].get<std::string>();
+    fs::remove(file, code);
+    for (int n = 1; fs::remove(levelFile(file, n), code); ++n) { }
 }
 
-const VoxelTree& ChartCache::tree(double voxel)
+std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& params)
 {
-    if (m_tree && m_tree_voxel == voxel) return *m_tree;
-    m_tree.reset();
     const fs::path file = volume(voxel);
-    m_tree = std::make_unique<VoxelTree>(m_tool.stage("load", [&](const Progress& p) { return readVoxelTree(file, p); }));
-    m_tree_voxel = voxel;
-    return *m_tree;
+    if (params.lod) {
+        if (storedLevels(file, params.tau) == 0) m_tool.stage("levels", [&](const Progress& p) { writeVoxelLevels(file, params.tau, p); });
+        return m_tool.stage("load", [&](const Progress& p) { return readVoxelLevels(file, m_scene.camera, params, p); });
+    }
+    if (!m_tree || m_tree_voxel != voxel) {
+        m_tree.reset();
+        m_tree = std::make_shared<const VoxelTree>(m_tool.stage("load", [&](const Progress& p) { return readVoxelTree(file, p); }));
+        m_tree_voxel = voxel;
+    }
+    return {{m_tree}};
 }
 
 Measured ChartCache::remember(const std::string& name, const json& what, const std::function<Measured()>& measure)
@@ -165,7 +172,7 @@ Measured ChartCache::render(const std::string& name, double voxel, const RenderP
 {
     json settings = settingsOf(params);
     return remember(name, {{"voxel", voxel}, {"settings", settings}, {"lights", lights}}, [&] {
-        const VoxelTree& volume = tree(voxel);
+        const std::vector<VoxelLevel> volume = levels(voxel, params);
         return m_tool.stage(name, [&](const Progress& progress) {
             Measured best;
             for (int run = 0; run < 3; ++run) { // short ones are measured again

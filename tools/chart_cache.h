@@ -11,7 +11,7 @@
 #include "render_params.h"
 #include "scene.h"
 #include "tool.h"
-#include "voxel_tree.h"
+#include "voxel_levels.h"
 
 namespace volcomp {
 
@@ -27,7 +27,8 @@ public:
     /// Keeps its files in `directory`; `leave_out` names the surfaces that are not in `scene` any more. The references must outlive this.
     ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out, std::filesystem::path directory);
 
-    /// A render of the scene's volume of that voxel: sweep and trees of the method included, loading the volume not. `lights` false: without light.
+    /// A render of the scene's volume of that voxel: sweep and trees of the method included, loading the volume and making coarser levels of it not.
+    /// `lights` false: without light.
     Measured render(const std::string& name, double voxel, const RenderParams& params, bool lights = true);
 
     /// CPU seconds that composing that volume took.
@@ -39,20 +40,20 @@ public:
     /// Any other measurement that makes a picture; `key` says all that it depends on beside the scene and our programs.
     Measured remember(const std::string& name, const nlohmann::json& key, const std::function<Measured()>& measure);
 
-    /// Frees the disk of a volume that is needed no more.
+    /// Frees the disk of a volume and its levels, which are needed no more.
     void forget(double voxel);
 
 private:
     nlohmann::json composed(double voxel);
     std::filesystem::path place(const std::string& kind, const nlohmann::json& key, const char* ending) const;
-    const VoxelTree& tree(double voxel);
+    std::vector<VoxelLevel> levels(double voxel, const RenderParams& params);
 
     Tool& m_tool;
     const Scene& m_scene;
     std::vector<std::string> m_leave_out;
     std::filesystem::path m_directory;
     nlohmann::json m_scene_key, m_program_key;
-    std::unique_ptr<VoxelTree> m_tree;
+    std::shared_ptr<const VoxelTree> m_tree;
     double m_tree_voxel = 0;
 };
 

@@ -66,8 +66,6 @@ std::vector<Row> radianceRows()
         add(fmt::format("trilinear, cutoff {:g}, 4", cutoff), "other cutoff",
             [=](RenderParams& p) { p.cutoff = cutoff, p.shadows = Shadows::exact, p.filter = Filter::trilinear; });
     }
-    for (const int samples : {1, 4})
-        add(fmt::format("lod, {}", samples), "level of detail, sweep", [=](RenderParams& p) { p.samples = samples, p.lod = true; });
     add("no shadows, 4", "left out", [](RenderParams& p) { p.shadows = Shadows::none; });
     add("isotropic, 4", "left out", [](RenderParams& p) { p.extinction = Extinction::isotropic; });
     return rows;
@@ -319,28 +317,32 @@ std::vector<Result> measureTransmittance(Study& study)
     return results;
 }
 
-/// Against the finest; draws into `panel`.
+/// Against the finest without level of detail; draws into `panel`.
 std::vector<Result> measureVoxels(Study& study, ChartPanel& panel)
 {
-    RenderParams params = study.base;
-    params.samples = 16;
     std::vector<Result> results;
     Image truth;
     for (const double factor : kVoxelFactors) {
         const double size = factor * study.voxel;
-        const std::string name = fmt::format("{:.3g} mm", 1000 * size);
-        const Measured m = study.cache.render("voxels of " + name, size, params);
         const double compose = study.cache.composeSeconds(size);
-        if (factor != 1) study.cache.forget(size);
-        panel.series[1].points.push_back({"", 1000 * size, m.cpu_seconds});
-        panel.series[2].points.push_back({"", 1000 * size, compose});
-        if (truth.pixels.empty()) {
-            truth = m.image;
-            continue;
+        panel.series[4].points.push_back({"", 1000 * size, compose});
+        for (const bool lod : {false, true}) {
+            RenderParams params = study.base;
+            params.samples = 16;
+            params.lod = lod;
+            const std::string name = fmt::format("{:.3g} mm{}", 1000 * size, lod ? ", lod" : "");
+            const Measured m = study.cache.render("voxels of " + name, size, params);
+            panel.series[2 + lod].points.push_back({"", 1000 * size, m.cpu_seconds});
+            if (truth.pixels.empty()) {
+                truth = m.image;
+                continue;
+            }
+            const double error = relativeError(m.image, truth, kRgb);
+            panel.series[lod].points.push_back({"", 1000 * size, error});
+            results.push_back(
+                {{name, "voxel size", {}}, {{"voxel_m", size}, {"lod", lod}, {"compose_cpu_seconds", compose}}, error, m.cpu_seconds});
         }
-        const double error = relativeError(m.image, truth, kRgb);
-        panel.series[0].points.push_back({"", 1000 * size, error});
-        results.push_back({{name, "voxel size", {}}, {{"voxel_m", size}, {"compose_cpu_seconds", compose}}, error, m.cpu_seconds});
+        if (factor != 1) study.cache.forget(size);
     }
     return results;
 }
@@ -389,7 +391,11 @@ void run(Tool& tool, const Options& options)
     sizes.x_label = "voxel, mm";
     sizes.y_label = "relative error (RMSE / mean)";
     sizes.right_label = "CPU seconds";
-    sizes.series = {{"error", true, false, {}}, {"seconds, render", true, true, {}}, {"seconds, compose", true, true, {}}};
+    sizes.series = {{"error", true, false, {}},
+                    {"error, lod", true, false, {}},
+                    {"render, s", true, true, {}},
+                    {"render with lod, s", true, true, {}},
+                    {"compose, s", true, true, {}}};
     const std::vector<Result> radiance = measureRadiance(study), transmittance = measureTransmittance(study),
                               by_voxel = options.voxels ? measureVoxels(study, sizes) : std::vector<Result>();
 
