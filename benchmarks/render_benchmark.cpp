@@ -117,54 +117,51 @@ void trilinearTransmittance(benchmark::State& state)
 }
 BENCHMARK(trilinearTransmittance)->Unit(benchmark::kMillisecond);
 
-/// The box filter with OpenVDB's tools: VolumeRayIntersector, DDA over voxels, accessor. The steps are those of our walk, for comparison.
-void openvdbBoxTransmittance(benchmark::State& state)
+/// As OpenVDB's own tools do it: depthOf(intersector, ray) for the rays that VolumeRayIntersector lets through, moved by `shift`.
+template <class F>
+void openvdbTransmittance(benchmark::State& state, int dilation, const Vec3d& shift, double steps, F&& depthOf)
 {
     using Ray = openvdb::math::Ray<double>;
-    const openvdb::FloatGrid& grid = *fur().parts[0].density;
-    openvdb::tools::VolumeRayIntersector<openvdb::FloatGrid, openvdb::FloatTree::LeafNodeType::LEVEL + 1, Ray> intersector(grid, 0);
-    auto accessor = grid.getConstAccessor();
+    openvdb::tools::VolumeRayIntersector<openvdb::FloatGrid, openvdb::FloatTree::LeafNodeType::LEVEL + 1, Ray> intersector(
+        *fur().parts[0].density, dilation);
     double sum = 0;
     for (auto _ : state) {
         sum = 0;
         for (const Vec3d& o : rays().origins) {
-            if (!intersector.setIndexRay(Ray(o + Vec3d(0.5), rays().direction))) { // a voxel is [i, i + 1) to OpenVDB's DDA
-                sum += 1;
-                continue;
-            }
-            double depth = 0, t0, t1;
-            while (intersector.march(t0, t1)) {
-                openvdb::math::DDA<Ray, 0> dda(Ray(o + Vec3d(0.5), rays().direction), t0, t1);
-                do depth += double(accessor.getValue(dda.voxel())) * (std::min(dda.next(), t1) - dda.time());
-                while (dda.step());
-            }
-            sum += std::exp(-kExtinction * depth);
+            const Ray ray(o + shift, rays().direction);
+            sum += intersector.setIndexRay(ray) ? std::exp(-kExtinction * depthOf(intersector, ray)) : 1;
         }
     }
-    report(state, stepsThrough(tree(), 0.5), sum);
+    report(state, steps, sum);
+}
+
+/// The box filter with DDA over voxels and an accessor. The steps are those of our walk, for comparison.
+void openvdbBoxTransmittance(benchmark::State& state)
+{
+    auto accessor = fur().parts[0].density->getConstAccessor();
+    const Vec3d shift(0.5); // a voxel is [i, i + 1) to OpenVDB's DDA
+    openvdbTransmittance(state, 0, shift, stepsThrough(tree(), 0.5), [&](auto& intersector, const auto& ray) {
+        double depth = 0, t0, t1;
+        while (intersector.march(t0, t1)) {
+            openvdb::math::DDA<std::decay_t<decltype(ray)>, 0> dda(ray, t0, t1);
+            do depth += double(accessor.getValue(dda.voxel())) * (std::min(dda.next(), t1) - dda.time());
+            while (dda.step());
+        }
+        return depth;
+    });
 }
 BENCHMARK(openvdbBoxTransmittance)->Unit(benchmark::kMillisecond);
 
-/// The trilinear filter as vdb_render does it: fixed steps of one voxel with BoxSampler over the spans of VolumeRayIntersector.
+/// The trilinear filter as vdb_render does it: fixed steps of one voxel with BoxSampler.
 void openvdbTrilinearSteps(benchmark::State& state)
 {
-    using Ray = openvdb::math::Ray<double>;
-    const openvdb::FloatGrid& grid = *fur().parts[0].density;
-    openvdb::tools::VolumeRayIntersector<openvdb::FloatGrid, openvdb::FloatTree::LeafNodeType::LEVEL + 1, Ray> intersector(grid, 1);
-    auto accessor = grid.getConstAccessor();
-    double sum = 0;
-    for (auto _ : state) {
-        sum = 0;
-        for (const Vec3d& o : rays().origins) {
-            double depth = 0, t0, t1;
-            if (intersector.setIndexRay(Ray(o, rays().direction)))
-                while (intersector.march(t0, t1))
-                    for (double t = std::ceil(t0); t <= t1; ++t)
-                        depth += double(openvdb::tools::BoxSampler::sample(accessor, o + t * rays().direction));
-            sum += std::exp(-kExtinction * depth);
-        }
-    }
-    report(state, stepsThrough(DualTree(tree()), 0), sum);
+    auto accessor = fur().parts[0].density->getConstAccessor();
+    openvdbTransmittance(state, 1, Vec3d(0.0), stepsThrough(DualTree(tree()), 0), [&](auto& intersector, const auto& ray) {
+        double depth = 0, t0, t1;
+        while (intersector.march(t0, t1))
+            for (double t = std::ceil(t0); t <= t1; ++t) depth += double(openvdb::tools::BoxSampler::sample(accessor, ray(t)));
+        return depth;
+    });
 }
 BENCHMARK(openvdbTrilinearSteps)->Unit(benchmark::kMillisecond);
 

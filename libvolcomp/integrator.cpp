@@ -127,27 +127,21 @@ void Integrator::traceExact(RaySample& sample, const MarchRay& r, const Vec3d& d
     forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
         const float* density = m_tree.densities(span.leaf);
         const bool fibres = kFibre && m_tree.leaf(span.leaf).directed_fibres;
-        int voxels[32];
-        double times[33]; // a ray crosses at most 22 voxels of a leaf
-        int count = 0;
-        times[0] = span.start->t;
-        forEachVoxel(r, *span.start, [&](int voxel, double, double end) {
-            voxels[count] = voxel;
-            times[++count] = end;
-        });
-        for (int i = 0; i < count; ++i) {
-            const float rho = density[voxels[i]];
+        const LeafWay way(r, *span.start);
+        for (int i = 0; i < way.count; ++i) {
+            const int voxel = way.voxels[i];
+            const float rho = density[voxel];
             if (!(rho > 0)) continue;
-            const double t = times[i], end = std::min(times[i + 1], r.t1);
+            const double t = way.times[i], end = std::min(way.times[i + 1], r.t1);
             if (!(end > t)) continue;
             double delta = m_extinction * rho * (end - t);
-            if (fibres) delta *= m_tree.fibreFactor(span.leaf, voxels[i], direction);
+            if (fibres) delta *= m_tree.fibreFactor(span.leaf, voxel, direction);
             if (delta == 0) continue;
-            const int cell[3] = {span.cell[0] + (voxels[i] >> 6), span.cell[1] + (voxels[i] >> 3 & 7), span.cell[2] + (voxels[i] & 7)};
+            const int cell[3] = {span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7), span.cell[2] + (voxel & 7)};
             const auto at = [&](double s) { return Vec3d(r.o[0] + r.d[0] * s, r.o[1] + r.d[1] * s, r.o[2] + r.d[2] * s); };
             Vec3d ambient;
             startShading(scratch, ambient);
-            shade(span.leaf, voxels[i], cell, 1, at(0.5 * (t + end)), V, scratch, ambient);
+            shade(span.leaf, voxel, cell, 1, at(0.5 * (t + end)), V, scratch, ambient);
             addSegment(sample, ambient, delta, cell, at(t), at(end), t, end, scratch);
             if (sample.transmittance < m_params.cutoff) return false;
         }

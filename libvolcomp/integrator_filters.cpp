@@ -72,24 +72,18 @@ void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3
     const Vec3d half(0.5);
     DualTree::Gathered& gathered = m_dual->gathered();
     forEachLeaf(*m_dual, r, [&](const LeafSpan& span) {
-        int cells[32];
-        double times[33]; // a ray crosses at most 22 cells of a block
-        int count = 0;
-        times[0] = span.start->t;
-        forEachVoxel(r, *span.start, [&](int cell, double, double end) {
-            cells[count] = cell;
-            times[++count] = end;
-        });
-        for (int i = 0; i < count; ++i) {
-            const double t = times[i], end = std::min(times[i + 1], r.t1);
+        const LeafWay way(r, *span.start);
+        for (int i = 0; i < way.count; ++i) {
+            const int offset = way.voxels[i]; // of the cell in its block
+            const double t = way.times[i], end = std::min(way.times[i + 1], r.t1);
             float rho[8];
             // Rays to lights gather, too: the place may hold another block by now.
-            if (!(end > t) || !cornerDensities(gathered.densities(span.leaf), cells[i], rho)) continue;
-            const int cell[3] = {span.cell[0] + (cells[i] >> 6), span.cell[1] + (cells[i] >> 3 & 7), span.cell[2] + (cells[i] & 7)};
+            if (!(end > t) || !cornerDensities(gathered.densities(span.leaf), offset, rho)) continue;
+            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
             double depths[8], delta = 0;
             cornerWeights(r.o, r.d, cell, t, end, depths);
             for (int k = 0; k < 8; ++k) {
-                depths[k] *= m_extinction * effectiveDensity(m_dual->corner(span.leaf, cells[i], k), rho[k], direction);
+                depths[k] *= m_extinction * effectiveDensity(m_dual->corner(span.leaf, offset, k), rho[k], direction);
                 delta += depths[k];
             }
             if (!(delta > 0)) continue;
@@ -98,7 +92,7 @@ void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3
             const Vec3d middle = along(r, 0.5 * (t + end)) + half;
             for (int k = 0; k < 8; ++k) {
                 if (!(depths[k] > 0)) continue;
-                const DualTree::Corner c = m_dual->corner(span.leaf, cells[i], k);
+                const DualTree::Corner c = m_dual->corner(span.leaf, offset, k);
                 int v[3];
                 cornerVoxel(cell, k, v);
                 shade(c.leaf, c.voxel, v, depths[k] / delta, middle, -direction, scratch, ambient);

@@ -175,6 +175,22 @@ inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
 #endif
 }
 
+/// A ray's way through a leaf: its voxels, and the times between them.
+struct LeafWay {
+    int voxels[32]; ///< offsets; a ray crosses at most 22
+    double times[33];
+    int count = 0;
+
+    LeafWay(const MarchRay& r, const CellWalk<1>& start) // NOLINT(cppcoreguidelines-pro-type-member-init): written as far as they are used
+    {
+        times[0] = start.t;
+        forEachVoxel(r, start, [this](int voxel, double, double end) {
+            voxels[count] = voxel;
+            times[++count] = end;
+        });
+    }
+};
+
 /// The density's integral over the ray's way through one leaf; `clip` where the ray may end in it.
 template <bool kFibre>
 inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start, double t_end, bool clip,

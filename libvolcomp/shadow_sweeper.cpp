@@ -38,6 +38,7 @@ bool ShadowSweep::Sweeper::run()
 {
     sortLeaves();
     setSpacing();
+    lookUnder();
     markNeeded();
     if (m_all.empty()) return false;
     m_bundles.resize(m_all.size());
@@ -58,7 +59,7 @@ void ShadowSweep::Sweeper::sortLeaves()
     m_cells.resize(layers);
     m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
         const int layer = (origin[a] - box.min()[a]) / kLeafDim;
-        m_cells[m_lattice.sign > 0 ? layer : layers - 1 - layer].push_back({leaf, origin[m_lattice.b], origin[m_lattice.c]});
+        m_cells[m_lattice.sign > 0 ? layer : layers - 1 - layer].push_back({leaf, origin[m_lattice.b], origin[m_lattice.c], {}});
     });
 }
 
@@ -95,7 +96,6 @@ void ShadowSweep::Sweeper::setSpacing()
     m_field.lattice = m_lattice;
 }
 
-// The bundles whose rays pass a leaf, or between whose rays its points lie.
 ShadowSweep::Rectangle ShadowSweep::Sweeper::under(const Cell& cell, int layer) const
 {
     Rectangle r;
@@ -115,14 +115,24 @@ ShadowSweep::Rectangle ShadowSweep::Sweeper::under(const Cell& cell, int layer) 
     return r;
 }
 
+void ShadowSweep::Sweeper::lookUnder()
+{
+    tbb::parallel_for(std::size_t(0), m_cells.size(), [&](std::size_t layer) {
+        for (Cell& cell : m_cells[layer]) {
+            cell.under = under(cell, int(layer));
+            cell.asks = asks(cell, int(layer));
+        }
+    });
+}
+
 // A leaf asks for the planes before and behind it.
 void ShadowSweep::Sweeper::markNeeded()
 {
-    std::size_t size = 0;
-    for (int layer = 0; layer < int(m_cells.size()); ++layer)
+    for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
         for (const Cell& cell : m_cells[layer])
-            if (asks(cell, layer))
-                for (int p = layer; p <= layer + 1; ++p) m_field.planes[p].bundles.add(under(cell, layer));
+            if (cell.asks)
+                for (const std::size_t p : {layer, layer + 1}) m_field.planes[p].bundles.add(cell.under);
+    std::size_t size = 0;
     for (Plane& plane : m_field.planes) {
         plane.first = size;
         size += plane.bundles.size();
@@ -131,15 +141,15 @@ void ShadowSweep::Sweeper::markNeeded()
     m_field.patches.assign(size, kUnknown);
     m_weights.assign(size, 0);
     m_last.assign(m_all.size(), -1);
-    for (int layer = 0; layer < int(m_cells.size()); ++layer)
+    for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
         for (const Cell& cell : m_cells[layer])
-            if (asks(cell, layer))
-                for (int p = layer; p <= layer + 1; ++p)
-                    forEachBundle(under(cell, layer), [&](int b, int c) {
+            if (cell.asks)
+                for (const std::size_t p : {layer, layer + 1})
+                    forEachBundle(cell.under, [&](int b, int c) {
                         const std::size_t at = m_field.planes[p].first + m_field.planes[p].bundles.index(b, c);
                         m_field.patches[at] = kBright;
                         if (p == layer) m_weights[at] = std::max(m_weights[at], m_seen[cell.leaf]);
-                        m_last[m_all.index(b, c)] = p;
+                        m_last[m_all.index(b, c)] = int(p);
                     });
 }
 

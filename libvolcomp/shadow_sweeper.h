@@ -24,6 +24,8 @@ public:
 private:
     struct Cell { // a leaf where it stands: its lowest b and c
         int leaf, b, c;
+        Rectangle under;   // the bundles whose rays pass it, or between whose rays its points lie
+        bool asks = false; // for light
     };
     struct Bundle {
         std::unique_ptr<float[]> sums; ///< density x slices along each ray; none before the first particle
@@ -44,6 +46,7 @@ private:
     bool asks(const Cell& cell, int layer) const;
     void setSpacing();
     Rectangle under(const Cell& cell, int layer) const;
+    void lookUnder();
     void markNeeded();
     void keep(int layer);
     double rayLength(int b, int c) const;

@@ -28,7 +28,7 @@ void ShadowSweep::Sweeper::advance(int layer)
     std::vector<Cell> leaves; // whose extinction depends on the direction
     for (const Cell& cell : m_cells[layer]) {
         bool lit = false;
-        const Rectangle r = under(cell, layer);
+        const Rectangle& r = cell.under;
         for (int b = std::max(r.low[0], m_all.low[0]); b <= std::min(r.high[0], m_all.high[0]); ++b)
             for (int c = std::max(r.low[1], m_all.low[1]); c <= std::min(r.high[1], m_all.high[1]); ++c) {
                 const std::size_t at = m_all.index(b, c);
