@@ -181,6 +181,32 @@ TEST(VoxelTree, CoarserVoxelsWidenTheLobe)
     }
 }
 
+// Far more leaves than are put together at a time, each with a voxel of both parts.
+TEST(VoxelTree, CoarserVoxelsKeepTheirPartsInEveryLeaf)
+{
+    Volume volume;
+    for (const char* name : {"a", "b"}) {
+        volume.parts.push_back(emptyPart());
+        volume.parts.back().material = name;
+    }
+    const auto density = [](int x, int y, int z, int part) { return float(1 + x + 2 * y + 4 * z) / float(part + 1); };
+    constexpr int kEdge = 20;
+    for (int x = 0; x < kEdge; ++x)
+        for (int y = 0; y < kEdge; ++y)
+            for (int z = 0; z < kEdge; ++z)
+                for (int part = 0; part < 2; ++part)
+                    volume.parts[part].density->tree().setValue({16 * x, 16 * y, 16 * z}, density(x, y, z, part));
+    const VoxelTree tree = VoxelTree::coarser(VoxelTree(volume), 0); // keeps the mean
+    ASSERT_EQ(tree.leafCount(), std::size_t(kEdge * kEdge * kEdge));
+    for (int x = 0; x < kEdge; ++x)
+        for (int y = 0; y < kEdge; ++y)
+            for (int z = 0; z < kEdge; ++z) {
+                double found[2] = {0, 0};
+                tree.contents(tree.leafAt(8 * x, 8 * y, 8 * z), 0, [&](const VoxelContent& c) { found[c.part] += c.density; });
+                for (int part = 0; part < 2; ++part) ASSERT_NEAR(found[part], density(x, y, z, part) / 8, 1e-5 * found[part]);
+            }
+}
+
 // Levels change on the way without gaps: a homogeneous block that reaches through several shows the closed form.
 TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
 {
