@@ -42,8 +42,8 @@ set(CPACK_PACKAGE_CONTACT "the volcomp developers <volcomp@localhost>")
 set(CPACK_COMPONENTS_ALL programs)
 set(CPACK_COMPONENTS_GROUPING ALL_COMPONENTS_IN_ONE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_PACKAGE_DESCRIPTION "Three programs: volcomp-bake grows fur and plants from recursive functions and bakes them into boxes of voxels, volcomp-compose stands
-thousands of them on a surface and adds them into one sparse OpenVDB grid, volcomp-render shades it.")
+set(CPACK_PACKAGE_DESCRIPTION "volcomp-bake grows fur and plants from recursive functions and bakes them into boxes of voxels, volcomp-compose stands
+thousands of them on a surface and adds them into one sparse OpenVDB grid, volcomp-render shades it. volcomp-chart measures methods and settings.")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION ${CPACK_PACKAGE_DESCRIPTION})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -51,4 +51,5 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-numpy, fonts-dejavu-core") # the scenes' surfaces and maps; labels on sheets
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, bash-completion")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-tools") # volcomp-chart compares with vdb_render
 include(CPack)
