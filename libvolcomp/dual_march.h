@@ -40,8 +40,8 @@ inline double blockIntegral(const float* densities, const MarchRay& r, const Cel
         const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half;
         const __m256d origin = _mm256_sub_pd(o, _mm256_set_pd(0, cell & 7, cell >> 3 & 7, cell >> 6));
         const float* v = densities + gatheredOffset(cell);
-        const auto four = [](const float* y0, const float* y1) {
-            return _mm256_cvtps_pd(_mm_castpd_ps(_mm_loadh_pd(_mm_load_sd((const double*)y0), (const double*)y1)));
+        const auto four = [](const float* y0, const float* y1) { // two from each; floats need not be aligned as a double is
+            return _mm256_cvtps_pd(_mm_loadh_pi(_mm_castsi128_ps(_mm_loadu_si64(y0)), (const __m64*)y1));
         };
         const __m256d x0 = four(v, v + gatheredCorner(2)), dx = _mm256_sub_pd(four(v + gatheredCorner(4), v + gatheredCorner(6)), x0);
         const auto at = [&](double s) {
