@@ -1,18 +1,15 @@
 #include "compose.h"
 
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <sstream>
 
 #include <gtest/gtest.h>
-#include <openvdb/tools/GridTransformer.h>
 
-#include "box_source.h"
+#include "boxes.h"
 #include "eigen3.h"
 #include "error.h"
 #include "parallel.h"
-#include "random.h"
 
 namespace volcomp {
 namespace {
@@ -23,90 +20,11 @@ struct Start {
     Start() { openvdb::initialize(); }
 } start;
 
-VolumePart emptyPart(double voxel, const std::string& material = "fur")
-{
-    VolumePart part;
-    part.material = material;
-    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
-    part.density = openvdb::FloatGrid::create(0.0f);
-    part.density->setTransform(transform);
-    part.direction = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0f));
-    part.direction->setTransform(transform);
-    part.colour = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0f));
-    part.colour->setTransform(transform);
-    return part;
-}
-
-void set(VolumePart& part, const Coord& c, float density, const Vec3f& direction, const Vec3f& colour)
-{
-    part.density->tree().setValue(c, density);
-    part.direction->tree().setValue(c, direction);
-    part.colour->tree().setValue(c, colour);
-}
-
-/// Random curved strands, one voxel thick.
-Box strands(int nx, int ny, int count, double voxel, std::uint64_t seed)
-{
-    Box box{"tuft", 0, {}};
-    VolumePart part = emptyPart(voxel);
-    for (int s = 0; s < count; ++s) {
-        Random random(hashKey(seed, static_cast<std::uint64_t>(s)));
-        double x = random.uniform(-0.25, 0.25) * nx, z = random.uniform(-0.25, 0.25) * nx, dx = random.symmetric() * 0.2,
-               dz = random.symmetric() * 0.2;
-        const double bend_x = random.symmetric() * 0.006, bend_z = random.symmetric() * 0.006;
-        const auto rho = static_cast<float>(random.uniform(20, 60));
-        const Vec3f colour(float(random.uniform()), float(random.uniform()), float(random.uniform()));
-        for (int y = 0; y < ny; ++y) {
-            Vec3f t(float(dx), 1, float(dz));
-            t.normalize();
-            set(part, Coord(int(std::lround(x)), y, int(std::lround(z))), rho, t, colour);
-            x += dx, z += dz, dx += bend_x, dz += bend_z;
-        }
-    }
-    box.volume.parts.push_back(part);
-    return box;
-}
-
-Placement turned(const Vec3d& axis, double angle, const Vec3d& position, float scale = 1)
-{
-    const auto rotation = openvdb::math::rotation<openvdb::math::Mat3<double>>(axis.unit(), angle);
-    const auto column = [&](const Vec3d& e) { return Vec3f(rotation * e); };
-    Placement p;
-    p.x_axis = column({1, 0, 0});
-    p.y_axis = column({0, 1, 0});
-    p.z_axis = column({0, 0, 1});
-    p.position = position;
-    p.scale = scale;
-    return p;
-}
-
-Placement randomPlacement(std::uint64_t key, double reach, double low = 0.8, double high = 1.2)
-{
-    Random r(key);
-    Vec3d axis(r.normal(), r.normal(), r.normal());
-    Placement p = turned(axis, r.uniform(0, 2 * kPi), {r.symmetric() * reach, r.symmetric() * reach, r.symmetric() * reach},
-                         float(r.uniform(low, high)));
-    p.tint = Vec3f(float(r.uniform()), float(r.uniform()), float(r.uniform()));
-    return p;
-}
-
 double massOf(const VolumePart& part)
 {
     double sum = 0;
     for (auto it = part.density->cbeginValueOn(); it; ++it) sum += *it;
     return sum * std::pow(part.density->voxelSize()[0], 3);
-}
-
-Volume composed(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params)
-{
-    return unpack(compose(boxes, placements, params));
-}
-
-ComposeParams voxel(double size)
-{
-    ComposeParams p;
-    p.voxel = size;
-    return p;
 }
 
 TEST(Compose, anAlignedBoxIsCopiedExactly)
@@ -231,62 +149,11 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
     EXPECT_LT(elsewhere / total, 1e-4);
 }
 
-TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
-{
-    Box box{"one", 0, {}};
-    box.volume.parts.push_back(emptyPart(0.1));
-    set(box.volume.parts[0], Coord(0, 0, 0), 5, {0, 1, 0}, Vec3f(1.0f));
-    const auto directionOf = [&](std::vector<Placement> p) {
-        const Volume v = composed({box}, p, voxel(0.1));
-        return Vec3d(v.parts[0].direction->tree().getValue(Coord(0, 0, 0)));
-    };
-    const Placement up = turned({0, 0, 1}, 0, Vec3d(0.0)), down = turned({0, 0, 1}, kPi, Vec3d(0.0));
-    EXPECT_NEAR(std::abs(directionOf({up, down})[1]), 1, 1e-3);
-    // Three crossed fibres have no direction; two of three keep the spread sqrt((1 + 0) / (2 * 2)).
-    const Placement x = turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), z = turned({1, 0, 0}, kPi / 2, Vec3d(0.0));
-    EXPECT_LT(directionOf({up, x, z}).length(), 0.01);
-    EXPECT_NEAR(directionOf({up, up, x}).length(), 1 - 0.5, 1e-3);
-    EXPECT_NEAR(std::abs(directionOf({up, up, x})[1]), 0.5, 1e-3);
-}
-
-TEST(Compose, ofTwoEquallyStrongDirectionsTheEarlierIsKept)
-{
-    Box box{"one", 0, {}};
-    box.volume.parts.push_back(emptyPart(0.1));
-    set(box.volume.parts[0], Coord(0, 0, 0), 5, {0, 1, 0}, Vec3f(1.0f));
-    const Vec3d axes[3] = {{0, 0, 1}, {1, 0, 0}, {1, 1, 1}};
-    for (int first = 0; first < 3; ++first)
-        for (int second = 0; second < 3; ++second) {
-            // The fibre turned about an axis by 90 degrees and back again: at right angles, in both orders.
-            const Placement a = turned(axes[first], 0, Vec3d(0.0)), b = turned(axes[second], kPi / 2, Vec3d(0.0));
-            if (std::abs(a.y_axis.dot(b.y_axis)) > 0.1f) continue;
-            for (const auto& [one, two] : {std::make_pair(a, b), std::make_pair(b, a)}) {
-                std::vector<Placement> placements(20, randomPlacement(1, 0.0)); // elsewhere, in the same tile
-                for (Placement& p : placements) p.position = Vec3d(0.5, 0.5, 0.5);
-                placements[7] = one;
-                placements[8] = two;
-                const Volume v = composed({box}, placements, voxel(0.1));
-                const Vec3f d = v.parts[0].direction->tree().getValue(Coord(0, 0, 0));
-                EXPECT_GT(std::abs(d.dot(one.y_axis)), 0.99f * d.length());
-                EXPECT_NEAR(d.length(), 1 - std::sqrt(0.5), 1e-3);
-            }
-        }
-}
-
-TEST(Compose, aSpreadThatABoxHoldsIsKept)
-{
-    Box box{"one", 0, {}};
-    box.volume.parts.push_back(emptyPart(0.1));
-    set(box.volume.parts[0], Coord(0, 0, 0), 5, Vec3f(0.0f, 0.7f, 0.0f), Vec3f(1.0f));
-    const Volume v = composed({box}, {turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), turned({0, 0, 1}, kPi / 2, Vec3d(0.0))}, voxel(0.1));
-    EXPECT_NEAR(std::abs(v.parts[0].direction->tree().getValue(Coord(0, 0, 0))[0]), 0.7, 5e-4);
-}
-
 TEST(Compose, transmittanceThroughAScaledBoxIsTheOriginals)
 {
     // A cube of constant density: optical depth across it is density * size, whatever the scale.
     Box box{"cube", 0, {}};
-    box.volume.parts.push_back(emptyPart(0.01));
+    box.volume.parts.push_back(fullPart(0.01));
     for (int x = 0; x < 20; ++x)
         for (int y = 0; y < 20; ++y)
             for (int z = 0; z < 20; ++z) set(box.volume.parts[0], Coord(x, y, z), 7, {0, 1, 0}, Vec3f(1.0f));
@@ -315,6 +182,7 @@ TEST(Compose, theBytesAreTheSameForAnyNumberOfThreads)
 {
     const std::vector<Box> boxes{strands(16, 30, 20, 0.01, 6)};
     std::vector<Placement> placements;
+    placements.reserve(60);
     for (int k = 0; k < 60; ++k) placements.push_back(randomPlacement(hashKey(13, k), 0.5));
     std::string one, many;
     {
@@ -327,50 +195,6 @@ TEST(Compose, theBytesAreTheSameForAnyNumberOfThreads)
     }
     EXPECT_TRUE(one == many);
     EXPECT_GT(one.size(), 100000u);
-}
-
-TEST(Compose, materialsKeepApartAndAVolumeOfOneHasOnePart)
-{
-    Box tree{"tree", 0, {}};
-    tree.volume.parts.push_back(emptyPart(0.1, "bark"));
-    tree.volume.parts.push_back(emptyPart(0.1, "leaf"));
-    tree.volume.parts[1].kind = MaterialKind::surface;
-    set(tree.volume.parts[0], Coord(0, 0, 0), 3, {0, 1, 0}, Vec3f(1.0f));
-    set(tree.volume.parts[1], Coord(0, 0, 0), 5, {1, 0, 0}, Vec3f(1.0f));
-    const Volume v = composed({tree}, {Placement{}}, voxel(0.1));
-    ASSERT_EQ(v.parts.size(), 2u);
-    EXPECT_EQ(v.parts[0].material, "bark");
-    EXPECT_EQ(v.parts[1].kind, MaterialKind::surface);
-    EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(Coord(0, 0, 0)), 3);
-    EXPECT_FLOAT_EQ(v.parts[1].density->tree().getValue(Coord(0, 0, 0)), 5);
-    EXPECT_EQ(composed({strands(8, 8, 3, 0.1, 1)}, {Placement{}}, voxel(0.1)).parts.size(), 1u);
-}
-
-TEST(Compose, oneColourEverywhereIsNoGrid)
-{
-    Box box = strands(8, 8, 3, 0.1, 1);
-    box.volume.parts[0].colour = nullptr;
-    box.volume.parts[0].uniform_colour = Vec3f(0.5f, 0.25f, 0.125f);
-    Placement p;
-    p.tint = Vec3f(0.5f);
-    const Volume v = composed({box}, {p, p}, voxel(0.1));
-    EXPECT_EQ(v.parts[0].colour, nullptr);
-    EXPECT_EQ(v.parts[0].uniform_colour, Vec3f(0.25f, 0.125f, 0.0625f));
-    Placement other = p;
-    other.tint = Vec3f(0.25f);
-    EXPECT_NE(composed({box}, {p, other}, voxel(0.1)).parts[0].colour, nullptr);
-}
-
-TEST(Compose, voxelsBelowTheMinimumAreNotKept)
-{
-    const Box box = strands(16, 20, 10, 0.01, 8);
-    const Placement p = randomPlacement(3, 0.1);
-    ComposeParams params = voxel(0.01);
-    const std::size_t all = composed({box}, {p}, params).parts[0].density->activeVoxelCount();
-    params.minimum_density = 5;
-    const Volume v = composed({box}, {p}, params);
-    EXPECT_LT(v.parts[0].density->activeVoxelCount(), all);
-    for (auto it = v.parts[0].density->cbeginValueOn(); it; ++it) EXPECT_GT(*it, 5);
 }
 
 TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)
@@ -391,7 +215,7 @@ TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)
 TEST(Compose, activeTilesOfABoxCountAsVoxels)
 {
     Box box{"tile", 0, {}};
-    box.volume.parts.push_back(emptyPart(0.1));
+    box.volume.parts.push_back(fullPart(0.1));
     box.volume.parts[0].density->tree().addTile(1, Coord(0, 0, 0), 2.0f, true);
     const Volume v = composed({box}, {Placement{}}, voxel(0.1));
     EXPECT_EQ(v.parts[0].density->activeVoxelCount(), 512u);
@@ -405,7 +229,7 @@ TEST(Compose, emptyInputsGiveOneEmptyPart)
     EXPECT_TRUE(v.parts[0].density->empty());
     EXPECT_DOUBLE_EQ(v.voxelSize(), 0.1);
     Box hollow{"hollow", 0, {}};
-    hollow.volume.parts.push_back(emptyPart(0.1));
+    hollow.volume.parts.push_back(fullPart(0.1));
     EXPECT_TRUE(composed({hollow}, {Placement{}}, voxel(0.1)).parts[0].density->empty());
 }
 

@@ -6,9 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "compose.h"
+#include "boxes.h"
 #include "error.h"
-#include "random.h"
 
 namespace volcomp {
 namespace {
@@ -25,9 +24,7 @@ constexpr double kVoxel = 0.01;
 Box tuft(double depth)
 {
     Box box{"tuft", 0, {}};
-    VolumePart& part = box.volume.parts.emplace_back();
-    part.density = openvdb::FloatGrid::create(0.0f);
-    part.density->setTransform(openvdb::math::Transform::createLinearTransform(kVoxel));
+    VolumePart& part = box.volume.parts.emplace_back(emptyPart(kVoxel));
     for (int s = 0; s < 40; ++s) {
         Random random(hashKey(3, s));
         double x = random.uniform(-12, 12), z = random.uniform(-12, 12);
@@ -69,14 +66,9 @@ TEST(PlacedBox, spreadsTheShadeAsTheDocumentationSays)
                 Random random(hashKey(4, turn));
                 Vec3d along(0.0);
                 along[axis] = 1;
-                const auto rotation = openvdb::math::rotation<openvdb::math::Mat3<double>>(along, random.uniform(0, 2 * kPi));
-                Placement p;
-                p.x_axis = Vec3f(rotation * Vec3d(1, 0, 0)), p.y_axis = Vec3f(rotation * Vec3d(0, 1, 0)),
-                p.z_axis = Vec3f(rotation * Vec3d(0, 0, 1));
-                p.position = Vec3d(random.uniform(), random.uniform(), random.uniform());
-                ComposeParams params;
-                params.voxel = kVoxel * k.ratio;
-                sum += shadeOf(unpack(compose({box}, {p}, params)), axis) / 8;
+                const double angle = random.uniform(0, 2 * kPi);
+                const Placement p = turned(along, angle, Vec3d(random.uniform(), random.uniform(), random.uniform()));
+                sum += shadeOf(composed({box}, {p}, voxel(kVoxel * k.ratio)), axis) / 8;
             }
             const double own = shadeOf(box.volume, axis);
             EXPECT_NEAR(sum / own / (axis == 0 ? k.from_side : k.along), 1, 0.02) << k.depth << " " << k.ratio;
@@ -97,9 +89,7 @@ TEST(PlacedBox, itsTilesAreThoseThatItReaches)
     p.scale = 1.3f;
     std::vector<Coord> tiles;
     PlacedBox(p, part, 0.007).forTiles([&](const Coord& t) { tiles.push_back(t); });
-    ComposeParams params;
-    params.voxel = 0.007;
-    const PackedVolume volume = compose({box}, {p}, params);
+    const PackedVolume volume = compose({box}, {p}, voxel(0.007));
     for (const PackedBlock& b : volume.parts[0].blocks) {
         const Coord tile(b.origin[0] >> TileAccumulator::kLog2, b.origin[1] >> TileAccumulator::kLog2,
                          b.origin[2] >> TileAccumulator::kLog2);
