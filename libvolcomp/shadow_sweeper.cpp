@@ -92,7 +92,7 @@ void ShadowSweep::Sweeper::setSpacing()
     for (int layer = 0; layer < int(m_cells.size()); ++layer)
         if (std::any_of(m_cells[layer].begin(), m_cells[layer].end(), [&](const Cell& cell) { return asks(cell, layer); }))
             farthest = layer;
-    m_lattice.setFanSpacing(kSpacing, planeAt(farthest));
+    m_lattice.setFanSpacing(kSpacing, planeAt(farthest + 1)); // up to the far side: no wider than Row::pass() can take
     m_field.lattice = m_lattice;
 }
 
