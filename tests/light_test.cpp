@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "random.h"
+
 using namespace volcomp;
 
 namespace {
@@ -45,7 +47,24 @@ TEST(Light, EmitsTheSameThroughEverySphereAroundIt)
     }
 }
 
-TEST(Light, ASpotsBorderIsHalfAsBrightInItsMiddle)
+// What arrives comes from the light: the way and the distance lead back to it, and a sun is the same everywhere.
+TEST(Light, TheWayLeadsToTheLight)
+{
+    const Vec3d p(4, -1, 0.5);
+    for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::patch}) {
+        const Light light = lamp(kind);
+        const Illumination in = illuminate(light, p, 1e-3);
+        EXPECT_NEAR(in.L.length(), 1, 1e-12);
+        EXPECT_LT((p + in.distance * in.L - light.position).length(), 1e-12);
+    }
+    const Light sun = lamp(LightKind::directional);
+    const Illumination in = illuminate(sun, p, 1e-3);
+    EXPECT_EQ(in.L, -sun.direction);
+    EXPECT_TRUE(std::isinf(in.distance));
+    EXPECT_EQ(in.weight, 1);
+}
+
+TEST(Light, ASpotsBorderIsASmoothstep)
 {
     Light spot = lamp(LightKind::spot);
     spot.direction = Vec3d(0, -1, 0);
@@ -55,8 +74,19 @@ TEST(Light, ASpotsBorderIsHalfAsBrightInItsMiddle)
         return illuminate(spot, spot.position + Vec3d(std::sin(angle), -std::cos(angle), 0), 1e-3).weight;
     };
     EXPECT_DOUBLE_EQ(at(0.29), 1);
+    EXPECT_NEAR(at(0.35), 27.0 / 32, 1e-12); // 3 x^2 - 2 x^3 at 3/4, 1/2, 1/4
     EXPECT_NEAR(at(0.4), 0.5, 1e-12);
+    EXPECT_NEAR(at(0.45), 5.0 / 32, 1e-12);
     EXPECT_DOUBLE_EQ(at(0.51), 0);
+    spot.soft_angle = 2; // wider than the cone: from its axis on
+    EXPECT_DOUBLE_EQ(at(0), 1);
+    EXPECT_NEAR(at(0.25), 0.5, 1e-12);
+    // On the axis the cosine may be rounded to more than 1.
+    Random random(1);
+    for (int i = 0; i < 1000; ++i) {
+        spot.direction = Vec3d(random.normal(), random.normal(), random.normal()).unit();
+        EXPECT_NEAR(illuminate(spot, spot.position + 2.0 * spot.direction, 1e-3).weight, 0.25, 1e-6) << spot.direction;
+    }
 }
 
 TEST(Light, StaysFiniteWhereItStands)

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "render.h"
+#include "volumes.h"
 
 using namespace volcomp;
 
@@ -39,20 +40,66 @@ double weightBelow(PixelFilter filter, double radius, double x)
 
 } // namespace
 
+// Harris's window from its coefficients at the places where the cosines are 0 or 1; the Gaussian's border is at three standard deviations.
+TEST(PixelFilter, WeightsAreTheFormulas)
+{
+    EXPECT_EQ(pixelWeight(PixelFilter::box, 0.99), 1);
+    EXPECT_NEAR(pixelWeight(PixelFilter::gaussian, 1.0 / 3) / pixelWeight(PixelFilter::gaussian, 0), std::exp(-0.5), 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::gaussian, -2.0 / 3) / pixelWeight(PixelFilter::gaussian, 0), std::exp(-2.0), 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, 0), 1, 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, 0.5), 0.35875 - 0.14128, 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, -1), 0.35875 - 0.48829 + 0.14128 - 0.01168, 1e-12);
+    for (const PixelFilter filter : kFilters)
+        for (const double x : {-1.001, 1.001, 4.0}) EXPECT_EQ(pixelWeight(filter, x), 0);
+    EXPECT_EQ(pixelRadius(withFilter(PixelFilter::box, 1)), 0.5);
+    EXPECT_EQ(pixelRadius(withFilter(PixelFilter::gaussian, 1)), 1.5);
+    EXPECT_EQ(pixelRadius(withFilter(PixelFilter::blackman_harris, 1)), 1.5);
+    EXPECT_EQ(pixelRadius(withFilter(PixelFilter::blackman_harris, 1, 2)), 2);
+}
+
+// n^2 samples: one in each of n x n cells of a pixel. What is left over lies anywhere in it, and other pixels have other samples.
+TEST(PixelFilter, SamplesAreStratified)
+{
+    for (const int side : {2, 7, 50}) {
+        const PixelSampler sampler(withFilter(PixelFilter::box, side * side));
+        std::vector<int> count(std::size_t(side * side));
+        for (int s = 0; s < side * side; ++s) {
+            const Vec3d p = sampler.position(3, 5, s);
+            const int row = int((p[1] - 5) * side), column = int((p[0] - 3) * side);
+            ++count[row * side + column];
+        }
+        EXPECT_EQ(count, std::vector<int>(count.size(), 1)) << side;
+    }
+    const PixelSampler seven(withFilter(PixelFilter::box, 7));
+    Vec3d sum(0.0);
+    for (int x = 0; x < 8; ++x)
+        for (int s = 4; s < 7; ++s) {
+            const Vec3d p = seven.position(x, 2, s) - Vec3d(x, 2, 0);
+            EXPECT_TRUE(p[0] >= 0 && p[0] < 1 && p[1] >= 0 && p[1] < 1) << p;
+            sum += p / 24.0;
+        }
+    for (int a = 0; a < 2; ++a) EXPECT_NEAR(sum[a], 0.5, 4 * std::sqrt(1 / 12.0 / 24)); // four standard errors
+    const Vec3d here = seven.position(3, 5, 0);
+    EXPECT_NE(seven.position(4, 5, 0) - here, Vec3d(1, 0, 0));
+    EXPECT_NE(seven.position(3, 6, 0) - here, Vec3d(0, 1, 0));
+}
+
 TEST(PixelFilter, SamplesLieAsTheFilterWeighs)
 {
     for (const PixelFilter filter : kFilters)
         for (const double radius : {0.5, 1.5, 3.0}) {
             const PixelSampler sampler(withFilter(filter, 2500, radius));
             for (const double part : {-0.8, -0.3, 0.0, 0.25, 0.6}) {
-                int below = 0;
-                for (int s = 0; s < 2500; ++s) below += sampler.position(3, 5, s)[0] < 3.5 + part * radius;
-                EXPECT_NEAR(below / 2500.0, weightBelow(filter, radius, part * radius), 0.025)
-                    << part; // one row of the 50 x 50 grid is 0.02
+                int below[2] = {0, 0};
+                for (int s = 0; s < 2500; ++s)
+                    for (int a = 0; a < 2; ++a) below[a] += sampler.position(3, 5, s)[a] < (a ? 5.5 : 3.5) + part * radius;
+                for (const int b : below) // one row of the 50 x 50 grid is 0.02
+                    EXPECT_NEAR(b / 2500.0, weightBelow(filter, radius, part * radius), 0.021) << part;
             }
             for (const double u : {0.0, 0.1, 0.5, 0.97, 1.0}) {
                 EXPECT_NEAR(weightBelow(filter, radius, sampler.warp(u)), u, 2e-3);
                 EXPECT_LE(std::abs(sampler.warp(u)), radius * 1.000001);
+                EXPECT_NEAR(sampler.warp(u), -sampler.warp(1 - u), 1e-6 * radius);
             }
         }
 }
@@ -65,12 +112,8 @@ TEST(PixelFilter, OneSampleIsThePixelsCentre)
 // The alpha of an opaque body with an edge inside a pixel is the weight on its side, in colour as well.
 TEST(PixelFilter, AnEdgeShowsTheFiltersIntegral)
 {
-    VolumePart part;
-    part.density = openvdb::FloatGrid::create(0.0f);
-    part.density->setTransform(openvdb::math::Transform::createLinearTransform(1.0));
-    part.density->fill(openvdb::CoordBBox({0, -16, -4}, {31, 15, 3}), 100.0f, true); // from x = -0.5 on
-    Volume volume;
-    volume.parts.push_back(part);
+    Volume volume = emptyVolume();
+    volume.parts[0].density->fill(openvdb::CoordBBox({0, -16, -4}, {31, 15, 3}), 100.0f, true); // from x = -0.5 on
     Camera camera;
     camera.projection = Projection::orthographic;
     camera.eye = {0, 0, 50};

@@ -12,18 +12,11 @@
 #include "march.h"
 #include "parallel.h"
 #include "random.h"
+#include "volumes.h"
 
 using namespace volcomp;
 
 namespace {
-
-VolumePart emptyPart(double voxel = 1)
-{
-    VolumePart part;
-    part.density = openvdb::FloatGrid::create(0.0f);
-    part.density->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
-    return part;
-}
 
 // A cube of density `rho` of 32 voxels, edge 1, centred at the origin up to half a voxel.
 Volume slab(float rho)
@@ -292,6 +285,7 @@ TEST(Render, RadianceAgreesWithBruteForce)
         const Vec3d d = Vec3d(random.normal(), random.normal(), random.normal()).unit(), o = target - 10.0 * d; // corner coordinates
         std::vector<std::pair<double, openvdb::Coord>> order;
         const auto lengths = slabs(volume, o, d);
+        order.reserve(lengths.size());
         for (const auto& [ijk, length] : lengths) order.push_back({(ijk.asVec3d() + Vec3d(0.5) - o).dot(d), ijk});
         const auto entry = [&](const openvdb::Coord& ijk) {
             double t = 0;
@@ -345,6 +339,32 @@ TEST(Render, AovsAddUp)
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(p[c], p[11 + c] + p[14 + c], 1e-6);
     EXPECT_NEAR(p[4], 4.5 + 0.5 / 32 + 0.013, 0.01); // the near face, half a voxel off, and a mean free path
     EXPECT_NEAR(p[8], 0.8, 1e-3);
+}
+
+// Where voxels without direction are shaded by the density's gradient, a dense ball is a matte one: alpha cos theta, from the side that it faces.
+TEST(Render, TheGradientIsANormalWithASide)
+{
+    Volume volume;
+    volume.parts.push_back(emptyPart());
+    for (int x = -12; x <= 12; ++x)
+        for (int y = -12; y <= 12; ++y)
+            for (int z = -12; z <= 12; ++z) // a soft border, so that differences see the slope
+                if (const double r = Vec3d(x, y, z).length(); r < 12)
+                    volume.parts[0].density->tree().setValue({x, y, z}, float(2 * std::min(1.0, (12 - r) / 6)));
+    Material material;
+    material.alpha = 1;
+    material.beta = 0;
+    RenderParams params = exactParams();
+    params.shadows = Shadows::none;
+    params.undirected = Undirected::gradient;
+    const VoxelTree tree(volume);
+    Integrator::Scratch scratch;
+    for (const Vec3d& direction : {Vec3d(0, 0, -1), Vec3d(0, -1, -1).unit(), Vec3d(0, 0, 1)}) {
+        Light light = alongView();
+        light.direction = direction;
+        const RaySample sample = Integrator(tree, {material}, {light}, params).trace({0, 0, 40}, {0, 0, -1}, scratch);
+        EXPECT_NEAR(sample.radiance[0], std::max(0.0, -direction[2]) * (1 - sample.transmittance), 0.01);
+    }
 }
 
 TEST(Render, HalfTheLightIsHalfThePicture)

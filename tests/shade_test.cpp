@@ -96,6 +96,21 @@ TEST(Shade, IsFiniteEverywhere)
         }
 }
 
+// A normal with a side is seen from there alone, and as one without from there.
+TEST(Shade, ASidedNormalIsDarkFromBehind)
+{
+    Material m;
+    m.kind = MaterialKind::surface;
+    const Lobe lobe = makeLobe(m);
+    const Vec3d N(0, 0, 1), V = Vec3d(0.3, 0, 1).unit(), L = Vec3d(-0.4, 0.2, 1).unit();
+    const Reflection front = reflectSided(lobe, N, V, L), plain = reflectSurface(lobe, N, V, L);
+    EXPECT_GT(front.diffuse * front.specular, 0);
+    EXPECT_EQ(front.diffuse, plain.diffuse);
+    EXPECT_EQ(front.specular, plain.specular);
+    for (const Reflection& r : {reflectSided(lobe, -N, V, L), reflectSided(lobe, N, -V, L), reflectSided(lobe, N, -V, -L)})
+        EXPECT_EQ(r.diffuse + r.specular, 0);
+}
+
 // MODEL section 8: the highlight of a bundle of fibres whose tilt has variance s^2 is the mean over the bundle.
 TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
 {
@@ -115,5 +130,17 @@ TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
         const double wide = reflectFibre(makeLobe(m, s), t, V, L).specular, narrow = reflectFibre(makeLobe(m), t, V, L).specular;
         EXPECT_NEAR(wide, mean, 0.02 * mean) << tilt;
         EXPECT_GT(std::abs(narrow - mean), 0.1 * mean) << tilt; // without the widening it is off
+    }
+    // A surface's angle is the normal's tilt itself, a fibre's twice that: the lobe widens by half as much.
+    for (const double tilt : {0.0, 0.1, 0.2}) {
+        double mean = 0, weight = 0;
+        for (double z = -6; z <= 6; z += 0.01) { // standard deviations
+            const double p = std::exp(-0.5 * z * z);
+            mean += p * std::exp(-makeLobe(m).falloff * std::pow(tilt + s * z, 2));
+            weight += p;
+        }
+        m.kind = MaterialKind::surface;
+        const Lobe wide = makeLobe(m, s);
+        EXPECT_NEAR(wide.beta / m.beta * std::exp(-wide.falloff * tilt * tilt), mean / weight, 1e-6) << tilt;
     }
 }
