@@ -64,7 +64,8 @@ std::vector<SurfaceTree::Hit> SurfaceTree::crossings(const Vec3d& origin, const 
     if (ray) m_impl->tree.all_intersected_primitives(Kernel::Ray_3(o, d), std::back_inserter(ids));
     else m_impl->tree.all_intersected_primitives(Kernel::Line_3(o, d), std::back_inserter(ids));
     for (const Iterator id : ids) {
-        const Kernel::Vector_3 n = CGAL::cross_product(id->vertex(1) - id->vertex(0), id->vertex(2) - id->vertex(0));
+        const Kernel::Vector_3 ab = id->vertex(1) - id->vertex(0), ac = id->vertex(2) - id->vertex(0), n = CGAL::cross_product(ab, ac);
+        if (n.squared_length() < 1e-24 * ab.squared_length() * ac.squared_length()) continue; // no area but rounding
         const double across = n * d;
         if (across * across < 1e-24 * n.squared_length() * d.squared_length()) continue;
         hits.push_back({(n * (id->vertex(0) - o)) / across, m_impl->original[id - m_impl->triangles.begin()]});

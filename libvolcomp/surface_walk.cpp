@@ -79,8 +79,11 @@ SurfaceWalk::Foot SurfaceWalk::nearest(const Mesh& mesh, const Vec3d& p, std::in
         const auto look = [&](std::int32_t t) {
             if (const Nearest n = nearestOf(mesh, t, p); n.distance2 < there.distance2) there = n, best = t;
         };
+        bool border = false;
         if (here.edge >= 0) {
-            if (const std::int32_t t = m_neighbours[foot.triangle][here.edge]; t >= 0) look(t);
+            const std::int32_t t = m_neighbours[foot.triangle][here.edge];
+            border = t < 0;
+            if (!border) look(t);
         } else if (here.corner >= 0) { // round the corner, one way and, if that ends at a border, the other
             const std::int32_t vertex = m_vertices[foot.triangle][here.corner];
             for (int way = 0; way < 2; ++way) {
@@ -90,6 +93,7 @@ SurfaceWalk::Foot SurfaceWalk::nearest(const Mesh& mesh, const Vec3d& p, std::in
                 do {
                     const std::int32_t from = t;
                     t = m_neighbours[t][forward ? corner : (corner + 2) % 3];
+                    border = border || t < 0;
                     if (t < 0 || t == foot.triangle) break;
                     corner = static_cast<int>(std::find(m_vertices[t].begin(), m_vertices[t].end(), vertex) - m_vertices[t].begin());
                     if (corner == 3) break;
@@ -99,6 +103,9 @@ SurfaceWalk::Foot SurfaceWalk::nearest(const Mesh& mesh, const Vec3d& p, std::in
                 if (t == foot.triangle) break;
             }
         }
+        if (best < 0 && border) // a triangle without area may have given any of its edges
+            for (const std::int32_t t : m_neighbours[foot.triangle])
+                if (t >= 0) look(t);
         if (best < 0) break;
         foot.triangle = best;
         here = there;

@@ -274,6 +274,7 @@ TEST(SurfaceWalk, endsAtBordersAndOnTrianglesWithoutArea)
         const SurfaceWalk::Foot far = walk.nearest(m, {-3, 5, 1}, start);
         EXPECT_NEAR(far.distance2, 9 + 16 + 1, 1e-12); // the corner (0, 1)
         EXPECT_NEAR(walk.nearest(m, {0.2, 0.7, 2}, start).distance2, 4, 1e-12);
+        EXPECT_NEAR(walk.nearest(m, {0.5, 0.7, 2}, start).distance2, 4, 1e-12); // over a corner that the square does not have
     }
     for (std::int32_t start = 3; start < 5; ++start) EXPECT_TRUE(std::isfinite(walk.nearest(m, {0.2, 0.7, 2}, start).distance2));
 }
