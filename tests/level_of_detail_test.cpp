@@ -7,23 +7,15 @@
 #include "march.h"
 #include "random.h"
 #include "render.h"
+#include "volumes.h"
 
 using namespace volcomp;
 
 namespace {
 
-VolumePart emptyPart(double voxel = 1)
-{
-    VolumePart part;
-    part.density = openvdb::FloatGrid::create(0.0f);
-    part.density->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
-    return part;
-}
-
 Volume noise(int size, double fill, double most)
 {
-    Volume volume;
-    volume.parts.push_back(emptyPart());
+    Volume volume = emptyVolume();
     Random random(3);
     for (int x = 0; x < size; ++x)
         for (int y = 0; y < size; ++y)
@@ -115,8 +107,7 @@ TEST(VoxelTree, CoarserVoxelsShowTheLightThatTheirPartsShow)
 TEST(VoxelTree, AHomogeneousBlockIsExactAtEveryLevel)
 {
     for (const bool tiles : {false, true}) {
-        Volume volume;
-        volume.parts.push_back(emptyPart(0.1));
+        Volume volume = emptyVolume(0.1);
         const openvdb::CoordBBox box(openvdb::Coord(-64), openvdb::Coord(63));
         if (tiles) volume.parts[0].density->sparseFill(box, 0.7f, true);
         else volume.parts[0].density->denseFill(box, 0.7f, true);
@@ -160,8 +151,7 @@ TEST(VoxelTree, RandomVolumesKeepTheirMeanTransmittance)
 TEST(VoxelTree, CoarserVoxelsWidenTheLobe)
 {
     for (const double angle : {0.1, 0.3}) {
-        Volume volume;
-        volume.parts.push_back(emptyPart());
+        Volume volume = emptyVolume();
         volume.parts[0].direction = openvdb::Vec3SGrid::create(Vec3f(0.0f));
         for (int k = 0; k < 8; ++k) {
             const openvdb::Coord at(k >> 2, k >> 1 & 1, k & 1);
@@ -210,8 +200,7 @@ TEST(VoxelTree, CoarserVoxelsKeepTheirPartsInEveryLeaf)
 // Levels change on the way without gaps: a homogeneous block that reaches through several shows the closed form.
 TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
 {
-    Volume volume;
-    volume.parts.push_back(emptyPart(0.01));
+    Volume volume = emptyVolume(0.01);
     volume.parts[0].density->denseFill(openvdb::CoordBBox({0, 0, 0}, {31, 31, 511}), 0.5f, true);
     Camera camera;
     camera.eye = {0.16, 0.16, -0.5};
