@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <tbb/parallel_for.h>
+
 #include "shadow_sweeper.h"
 
 namespace volcomp {
@@ -25,20 +27,31 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
                          double darkest, bool fibre)
     : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)), m_fibre(fibre && tree.hasDirectedFibres())
 {
+    struct Job {
+        std::size_t light;
+        int side;
+        Field field;
+        bool asked = false;
+    };
+    std::vector<Job> jobs;
     for (const Light& light : lights) {
-        m_directional.push_back(light.kind == LightKind::directional);
-        m_field_of.push_back({-1, -1, -1, -1, -1, -1});
-        if (tree.empty()) continue;
         const bool directional = light.kind == LightKind::directional;
-        for (int side = 0; side < (directional ? 1 : 6); ++side) {
-            Field field;
-            field.lattice = directional ? LightLattice::parallel(tree.directionToCorner(light.direction), kSpacing)
-                                        : LightLattice::fan(tree.toCorner(light.position), side / 2, side % 2 ? 1 : -1);
-            if (!Sweeper(*this, field, light, seen).run()) continue;
-            m_field_of.back()[side] = int(m_fields.size());
-            m_fields.push_back(std::move(field));
+        for (int side = 0; side < (directional ? 1 : 6) && !tree.empty(); ++side) {
+            Job& job = jobs.emplace_back(Job{m_directional.size(), side, {}});
+            job.field.lattice = directional ? LightLattice::parallel(tree.directionToCorner(light.direction), kSpacing)
+                                            : LightLattice::fan(tree.toCorner(light.position), side / 2, side % 2 ? 1 : -1);
         }
+        m_directional.push_back(directional);
+        m_field_of.push_back({-1, -1, -1, -1, -1, -1});
     }
+    // A light waits for its threads after every layer; meanwhile they work for another.
+    tbb::parallel_for(std::size_t(0), jobs.size(),
+                      [&](std::size_t i) { jobs[i].asked = Sweeper(*this, jobs[i].field, lights[jobs[i].light], seen).run(); });
+    for (Job& job : jobs)
+        if (job.asked) {
+            m_field_of[job.light][job.side] = int(m_fields.size());
+            m_fields.push_back(std::move(job.field));
+        }
 }
 
 const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L) const
