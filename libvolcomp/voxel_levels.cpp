@@ -107,7 +107,12 @@ Stored stored(const fs::path& volume, double tau)
     std::error_code code;
     std::string of;
     for (int n = 1; fs::is_regular_file(levelFile(volume, n), code); ++n) {
-        const openvdb::MetaMap meta = readVolumeMetadata(levelFile(volume, n));
+        openvdb::MetaMap meta;
+        try {
+            meta = readVolumeMetadata(levelFile(volume, n));
+        } catch (const Error&) { // damaged: as good as missing
+            break;
+        }
         const auto is = [&](const char* key, const auto& value) {
             const auto found = meta.getMetadata<openvdb::TypedMetadata<std::decay_t<decltype(value)>>>(key);
             return found && found->value() == value;

@@ -36,7 +36,7 @@ std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, con
 std::vector<VoxelLevel> readVoxelLevels(const std::filesystem::path& volume, const Camera& camera, const RenderParams& params,
                                         const Progress& progress = {});
 
-/// How many levels are stored beside a volume for this file as it is and this opacity; 0 where any is missing. Throws Error as readVolume().
+/// How many levels are stored beside a volume for this file as it is and this opacity; 0 where any is missing or damaged. Throws Error as readVolume().
 int storedLevels(const std::filesystem::path& volume, double tau);
 
 /// Where level n >= 1 is stored.

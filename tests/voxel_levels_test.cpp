@@ -177,6 +177,10 @@ TEST_F(StoredLevels, OfSomethingElseAreNotRead)
     EXPECT_EQ(storedLevels(m_file, 1), 0);
     writeVoxelLevels(m_file, 1);
     EXPECT_EQ(storedLevels(m_file, 1), count);
+    fs::resize_file(levelFile(m_file, 2), fs::file_size(levelFile(m_file, 2)) / 2);
+    EXPECT_EQ(storedLevels(m_file, 1), 0);
+    writeVoxelLevels(m_file, 1);
+    EXPECT_EQ(storedLevels(m_file, 1), count);
     writeVolume(m_file, strands());
     EXPECT_EQ(storedLevels(m_file, 1), 0);
 }

@@ -94,9 +94,9 @@ void writePictures(const Options& options, const fs::path& volume, const nlohman
 /// The volume's files of levels: writes them where that is asked for, and says where there are some that cannot be used.
 void seeToLevels(Tool& tool, const Options& options, const RenderParams& params, const fs::path& volume)
 {
-    if (storedLevels(volume, params.tau) > 0) return;
+    if (!(options.write_levels || params.lod) || storedLevels(volume, params.tau) > 0) return;
     if (options.write_levels) tool.stage("levels", [&](const Progress& progress) { writeVoxelLevels(volume, params.tau, progress); });
-    else if (params.lod && fs::exists(levelFile(volume, 1)))
+    else if (fs::exists(levelFile(volume, 1)))
         tool.warn(levelFile(volume, 1).string()
                   + " was made of another volume or for another tau, or the levels behind it are not complete: not used; --write-levels "
                     "makes them anew");
