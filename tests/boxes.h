@@ -11,6 +11,8 @@
 
 namespace volcomp {
 
+inline const bool kOpenvdbStarted = (openvdb::initialize(), true); // before any test
+
 /// A part without voxels, of all three grids.
 inline VolumePart fullPart(double voxel, const std::string& material = "fur")
 {

@@ -16,10 +16,6 @@ namespace {
 
 using openvdb::Coord;
 
-struct Start {
-    Start() { openvdb::initialize(); }
-} start;
-
 double massOf(const VolumePart& part)
 {
     double sum = 0;

@@ -11,10 +11,6 @@ namespace {
 
 using openvdb::Coord;
 
-struct Start {
-    Start() { openvdb::initialize(); }
-} start;
-
 TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
 {
     Box box{"one", 0, {}};

@@ -14,10 +14,6 @@ namespace {
 
 using openvdb::Coord;
 
-struct Start {
-    Start() { openvdb::initialize(); }
-} start;
-
 constexpr double kVoxel = 0.01;
 
 /// A tuft of one-voxel strands whose optical depth across a voxel is `depth`.
