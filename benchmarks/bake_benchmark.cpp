@@ -5,7 +5,7 @@
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
-#include "bake.h"
+#include "volcomp/bake/bake.h"
 
 using namespace volcomp;
 

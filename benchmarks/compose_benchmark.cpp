@@ -10,9 +10,9 @@
 #include <openvdb/tools/Composite.h>
 #include <openvdb/tools/GridTransformer.h>
 
-#include "compose.h"
-#include "parallel.h"
-#include "random.h"
+#include "volcomp/compose/compose.h"
+#include "volcomp/base/parallel.h"
+#include "volcomp/base/random.h"
 
 namespace {
 

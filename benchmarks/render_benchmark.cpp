@@ -7,12 +7,12 @@
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/RayIntersector.h>
 
-#include "dual_march.h"
-#include "march.h"
-#include "parallel.h"
-#include "random.h"
-#include "render.h"
-#include "voxel_tree.h"
+#include "volcomp/render/march/dual_march.h"
+#include "volcomp/render/march/march.h"
+#include "volcomp/base/parallel.h"
+#include "volcomp/base/random.h"
+#include "volcomp/render/render.h"
+#include "volcomp/render/tree/voxel_tree.h"
 
 using namespace volcomp;
 

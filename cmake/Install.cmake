@@ -3,8 +3,11 @@
 include(CMakePackageConfigHelpers)
 set(VOLCOMP_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/volcomp)
 install(TARGETS volcomp EXPORT volcompTargets
-  ARCHIVE COMPONENT development LIBRARY COMPONENT development
-  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/volcomp COMPONENT development)
+  ARCHIVE COMPONENT development LIBRARY COMPONENT development)
+foreach(header ${VOLCOMP_HEADERS})
+  get_filename_component(room ${header} DIRECTORY)
+  install(FILES libvolcomp/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/volcomp/${room} COMPONENT development)
+endforeach()
 install(EXPORT volcompTargets NAMESPACE volcomp:: DESTINATION ${VOLCOMP_CMAKE_DIR} COMPONENT development)
 configure_package_config_file(cmake/volcompConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/volcompConfig.cmake
   INSTALL_DESTINATION ${VOLCOMP_CMAKE_DIR})

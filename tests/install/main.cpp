@@ -1,7 +1,7 @@
 // Writes a volume with the installed library and reads it back.
 #include <cstdio>
 
-#include <volcomp/vdb_io.h>
+#include <volcomp/volume/vdb_io.h>
 
 int main(int, char** argv)
 {

@@ -1,0 +1,56 @@
+// Random numbers as a function of (seed, index): no state is shared, so neither threads nor order change a result.
+//
+// The generator is SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014): stream k
+// of a key is the mix of key + k times the golden gamma. Distributions are our own, because the standard library's
+// differ between implementations.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "volcomp/base/vec.h"
+
+namespace volcomp {
+
+/// SplitMix64's finalizer: a bijection of 64 bits whose output looks random.
+constexpr std::uint64_t mix64(std::uint64_t x)
+{
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+    return x ^ (x >> 31);
+}
+
+/// A key for a child stream: hashKey(hashKey(seed, layer), sample) is a stream of its own for every (seed, layer, sample).
+constexpr std::uint64_t hashKey(std::uint64_t key, std::uint64_t index)
+{
+    return mix64(mix64(key + 0x9e3779b97f4a7c15ULL) ^ (index * 0xd1342543de82ef95ULL + 0x2545f4914f6cdd1dULL));
+}
+
+/// A stream of random numbers that depends on its key alone. Copying it copies its place in the stream.
+class Random {
+public:
+    explicit constexpr Random(std::uint64_t key) : m_state(key) { }
+
+    constexpr std::uint64_t bits() { return mix64(m_state += 0x9e3779b97f4a7c15ULL); }
+
+    /// Uniform in [0, 1).
+    constexpr double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+
+    /// Uniform in [low, high); `low` where both are equal.
+    constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }
+
+    /// Uniform in [-1, 1).
+    constexpr double symmetric() { return 2 * uniform() - 1; }
+
+    /// Standard normal, by Box and Muller; uses two numbers of the stream.
+    double normal()
+    {
+        const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+        return radius * std::cos(2 * kPi * uniform());
+    }
+
+private:
+    std::uint64_t m_state;
+};
+
+} // namespace volcomp

@@ -1,0 +1,184 @@
+#include "volcomp/compose/compose.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+#include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include "volcomp/compose/tile_sources.h"
+#include "volcomp/base/error.h"
+
+namespace volcomp {
+namespace {
+
+void check(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params)
+{
+    params.validate();
+    if (!(params.voxel > 0)) throw Error("compose: expected a voxel size > 0");
+    for (const Placement& p : placements) {
+        if (p.box < 0 || static_cast<std::size_t>(p.box) >= boxes.size())
+            throw Error(fmt::format("compose: expected a box from 0 to {}, found {}", boxes.size() - 1, p.box));
+        if (!(p.scale > 0 && std::isfinite(p.scale) && std::isfinite(p.position.lengthSqr()) && std::isfinite(p.tint.lengthSqr())))
+            throw Error("compose: expected placements with finite positions and tints and a scale > 0");
+        for (const Vec3f* axis : {&p.x_axis, &p.y_axis, &p.z_axis})
+            if (!(std::abs(axis->lengthSqr() - 1) < 1e-3f)) throw Error("compose: expected placements with axes of unit length");
+    }
+}
+
+/// Place of a block among the leaves of its tree's node of 128^3 voxels.
+int placeInNode(const openvdb::Coord& origin) { return (origin[0] >> 3 & 15) << 8 | (origin[1] >> 3 & 15) << 4 | (origin[2] >> 3 & 15); }
+
+/// A tile's blocks, at most eight.
+struct TileBlocks {
+    PackedBlock* first = nullptr;
+    std::size_t count = 0;
+};
+
+/// The blocks of all tiles in the order of an OpenVDB tree.
+std::vector<PackedBlock> inOrder(const Composer& composer, const std::vector<TileBlocks>& tiles)
+{
+    std::vector<std::size_t> first_tile, first_block; // of each node
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < tiles.size(); ++t) {
+        if (t == 0 || composer.node(t) != composer.node(t - 1)) {
+            first_tile.push_back(t);
+            first_block.push_back(count);
+        }
+        count += tiles[t].count;
+    }
+    first_tile.push_back(tiles.size());
+    std::vector<PackedBlock> blocks(count);
+    tbb::parallel_for(std::size_t(0), first_block.size(), [&](std::size_t n) {
+        const auto begin = blocks.begin() + static_cast<std::ptrdiff_t>(first_block[n]);
+        auto to = begin;
+        for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t) to = std::copy_n(tiles[t].first, tiles[t].count, to);
+        std::sort(begin, to, [](const PackedBlock& a, const PackedBlock& b) { return placeInNode(a.origin) < placeInNode(b.origin); });
+    });
+    return blocks;
+}
+
+PackedPart composePart(const Composer& composer, const Progress& progress)
+{
+    struct Worker {
+        TileAccumulator sums;
+        VoxelStore store, lists;
+        std::vector<PackedBlock> blocks; // of one tile
+    };
+    tbb::enumerable_thread_specific<Worker> workers;
+    std::vector<TileBlocks> tiles(composer.tileCount());
+    std::atomic<std::size_t> done{0};
+    std::mutex mutex;
+    tbb::parallel_for(std::size_t(0), tiles.size(), [&](std::size_t t) {
+        Worker& worker = workers.local();
+        worker.blocks.clear();
+        composer.compose(t, worker.sums, worker.store, worker.blocks);
+        tiles[t] = {reinterpret_cast<PackedBlock*>(worker.lists.allocate(worker.blocks.size() * sizeof(PackedBlock))),
+                    worker.blocks.size()};
+        std::uninitialized_copy(worker.blocks.begin(), worker.blocks.end(), tiles[t].first);
+        if (++done % 64 == 0 && mutex.try_lock()) {
+            report(progress, double(done) / double(tiles.size()));
+            mutex.unlock();
+        }
+    });
+    PackedPart part = composer.emptyPart();
+    part.blocks = inOrder(composer, tiles);
+    for (Worker& worker : workers) part.stores.push_back(std::move(worker.store));
+    return part;
+}
+
+/// About how many pairs of a tile and a placement or triangle there are.
+double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel)
+{
+    std::vector<Vec3d> extents;
+    for (const Box& box : boxes) {
+        double longest = 0;
+        for (const VolumePart& part : box.volume.parts) {
+            const openvdb::CoordBBox bounds = part.density->evalActiveVoxelBoundingBox();
+            if (!bounds.empty()) longest = std::max(longest, bounds.dim().asVec3d().length() * part.density->voxelSize()[0]);
+        }
+        extents.emplace_back(longest);
+    }
+    const double tile = voxel * TileAccumulator::kSize;
+    double pairs = 0;
+    for (const Placement& p : placements) pairs += std::pow(extents[p.box][0] * p.scale / tile + 1, 3);
+    for (const Skin& skin : extras.skins) pairs += double(skin.surface().mesh().triangles.size()) + skin.surface().area() / (tile * tile);
+    return pairs;
+}
+
+/// Composes some tiles and adds what all would need.
+void estimatePart(const Composer& composer, ComposeEstimate& e)
+{
+    constexpr std::size_t kSample = 256;
+    const std::size_t tiles = composer.tileCount(), sample = std::min(tiles, kSample);
+    if (tiles == 0) return;
+    // Systematic sampling along the running sum of the weights.
+    std::vector<double> end(tiles);
+    double sum = 0;
+    for (std::size_t t = 0; t < tiles; ++t)
+        end[t] = sum += tiles == sample ? 1 : 4 + double(std::min<std::size_t>(composer.sourceCount(t), 1000));
+    TileAccumulator sums;
+    double voxels = 0, blocks = 0;
+    for (std::size_t k = 0; k < sample; ++k) {
+        const auto t =
+            static_cast<std::size_t>(std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * sum / double(sample)) - end.begin());
+        VoxelStore store;
+        std::vector<PackedBlock> found;
+        composer.compose(t, sums, store, found);
+        const double factor = sum / double(sample) / (end[t] - (t ? end[t - 1] : 0));
+        for (const PackedBlock& b : found) voxels += factor * b.count;
+        blocks += factor * double(found.size());
+    }
+    const PackedPart part = composer.emptyPart();
+    e.voxels += voxels;
+    e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour)) + blocks * 2 * sizeof(PackedBlock)
+        + double(composer.bytes());
+}
+
+} // namespace
+
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
+                     const Progress& progress)
+{
+    return compose(boxes, placements, ComposeExtras{}, params, progress);
+}
+
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                     const ComposeParams& params, const Progress& progress)
+{
+    check(boxes, placements, params);
+    const BoxSources sources = packBoxes(boxes, placements, extras, params.voxel);
+    PackedVolume volume;
+    volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
+    for (std::size_t m = 0; m < sources.materials.size(); ++m)
+        volume.parts.push_back(composePart(Composer(sources.boxes, placements, extras, params, sources.materials[m]),
+                                           [&](double f) { report(progress, (double(m) + f) / double(sources.materials.size())); }));
+    if (volume.parts.empty()) volume.parts.emplace_back();
+    report(progress, 1);
+    return volume;
+}
+
+ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                                const ComposeParams& params)
+{
+    check(boxes, placements, params);
+    ComposeParams coarse = params;
+    double factor = 1; // finer than the boxes, voxels grow with the cube of the resolution
+    while (pairsOf(boxes, placements, extras, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
+        coarse.voxel *= 2;
+        factor *= 8;
+    }
+    const BoxSources sources = packBoxes(boxes, placements, extras, coarse.voxel);
+    ComposeEstimate e;
+    for (const std::string& material : sources.materials) estimatePart(Composer(sources.boxes, placements, extras, coarse, material), e);
+    e.voxels *= factor;
+    e.bytes *= factor;
+    e.bytes += double(placements.size()) * sizeof(Placement);
+    return e;
+}
+
+} // namespace volcomp

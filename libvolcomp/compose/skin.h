@@ -1,0 +1,36 @@
+// The surface itself as an opaque thin shell of voxels with normals, so that nobody sees through the fur.
+#pragma once
+
+#include <memory>
+
+#include "volcomp/surface/second_density.h"
+#include "volcomp/surface/surface.h"
+#include "volcomp/compose/tile_accumulator.h"
+
+namespace volcomp {
+
+/// A shell to compose. The surface must outlive it.
+class Skin {
+public:
+    /// Loads the colour's maps. Throws their Errors.
+    Skin(const Surface& surface, const SkinSpec& spec);
+
+    const std::string& material() const { return m_spec.material; }
+    const Surface& surface() const { return *m_surface; }
+    bool hasColour() const { return !m_colour.isConstant(); }
+    Vec3f colour(const SurfacePoint& p) const;
+
+    /// Bounds of a triangle's voxels, in voxels of edge `voxel`.
+    void bounds(std::int32_t triangle, double voxel, Vec3d& low, Vec3d& high) const;
+
+    /// Adds one triangle: points on it, closer than the voxels, each with its part of the area as a cube of one voxel. The optical depth along the normal
+    /// is -ln(transmittance) whatever the voxel. What falls outside of the tile is left out.
+    void add(std::int32_t triangle, double voxel, const openvdb::Coord& tile_origin, TileAccumulator& tile) const;
+
+private:
+    const Surface* m_surface;
+    SkinSpec m_spec;
+    Map m_colour;
+};
+
+} // namespace volcomp

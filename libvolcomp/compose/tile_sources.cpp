@@ -1,0 +1,200 @@
+#include "volcomp/compose/tile_sources.h"
+
+#include <algorithm>
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include "volcomp/compose/placed_box.h"
+
+namespace volcomp {
+namespace {
+
+constexpr int kTile = TileAccumulator::kSize;
+
+/// Level of the pyramid for a box placed so that its voxel is `step` voxels of the target: the coarsest whose voxel is not larger than the target's.
+int levelFor(double step)
+{
+    int level = 0;
+    for (; level < 24 && step <= 0.5; step *= 2) ++level;
+    return level;
+}
+
+// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node in it, tile in the node.
+constexpr int kInNode = 7 - TileAccumulator::kLog2,
+              kInRoot = 5 + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
+constexpr int kRootBits = 13, kRootBias = 1 << (kRootBits - 1);
+static_assert(3 * (kRootBits + kInRoot) <= 64 && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
+
+std::uint64_t tileKey(const openvdb::Coord& t)
+{
+    std::uint64_t key = 0;
+    for (int i = 0; i < 3; ++i) key = key << kRootBits | std::uint64_t((t[i] >> kInRoot) + kRootBias);
+    for (int i = 0; i < 3; ++i) key = key << 5 | std::uint64_t(t[i] >> kInNode & 31);
+    for (int i = 0; i < 3; ++i) key = key << kInNode | std::uint64_t(t[i] & ((1 << kInNode) - 1));
+    return key;
+}
+
+openvdb::Coord tileOrigin(std::uint64_t key)
+{
+    const auto bits = [&](int from, int count) { return static_cast<int>(key >> from & ((1 << count) - 1)); };
+    openvdb::Coord t;
+    for (int i = 0; i < 3; ++i)
+        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32 + bits(3 * kInNode + (2 - i) * 5, 5)) * (1 << kInNode)
+            + bits((2 - i) * kInNode, kInNode);
+    return {t[0] * kTile, t[1] * kTile, t[2] * kTile};
+}
+
+} // namespace
+
+BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel)
+{
+    std::vector<float> smallest(boxes.size(), 0); // scale of the box's placements; 0: none
+    for (const Placement& p : placements)
+        if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
+    BoxSources packed;
+    packed.boxes.resize(boxes.size());
+    const auto use = [&](const std::string& m) {
+        if (std::find(packed.materials.begin(), packed.materials.end(), m) == packed.materials.end()) packed.materials.push_back(m);
+    };
+    for (std::size_t b = 0; b < boxes.size(); ++b)
+        if (smallest[b] > 0)
+            for (const VolumePart& part : boxes[b].volume.parts) {
+                packed.boxes[b].push_back({packPart(part, boxes[b].name)});
+                Pyramid& levels = packed.boxes[b].back();
+                for (int n = levelFor(levels[0].voxel * smallest[b] / voxel); n > 0 && levels.back().voxels.size() > 1; --n)
+                    levels.push_back(coarsen(levels.back()));
+                use(part.material);
+            }
+    for (const Skin& skin : extras.skins) use(skin.material());
+    return packed;
+}
+
+Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+                   const ComposeParams& params, std::string material)
+    : m_boxes(boxes), m_placements(placements), m_extras(extras), m_params(params), m_material(std::move(material))
+{
+    findColours();
+    findTiles();
+}
+
+PackedPart Composer::emptyPart() const
+{
+    PackedPart part;
+    part.material = m_material;
+    part.kind = m_kind;
+    part.has_direction = m_direction;
+    part.has_colour = m_colour;
+    if (!m_colour) part.uniform_colour = m_uniform;
+    return part;
+}
+
+void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store, std::vector<PackedBlock>& blocks) const
+{
+    const std::size_t first = m_first[tile], end = m_first[tile + 1];
+    const openvdb::Coord origin = tileOrigin(m_entries[first].tile);
+    for (std::size_t i = first; i < end; ++i) {
+        std::uint64_t source = m_entries[i].source;
+        if (source < m_placements.size()) {
+            const Placement& p = m_placements[source];
+            // Where directions are equally strong the earlier placement's wins (MODEL section 8): it counts for up to 1/4096 more, less than a half float shows.
+            const float weight = 1 + float(end - i) / float(end - first) / 4096;
+            PlacedBox(p, *partOf(p), m_params.voxel).add(origin, weight, tintOf(p), sums);
+            continue;
+        }
+        source -= m_placements.size();
+        for (const Skin& skin : m_extras.skins) {
+            const std::size_t triangles = skin.surface().mesh().triangles.size();
+            if (source < triangles) {
+                skin.add(static_cast<std::int32_t>(source), m_params.voxel, origin, sums);
+                break;
+            }
+            source -= triangles;
+        }
+    }
+    sums.finish(origin, static_cast<float>(m_params.minimum_density), m_direction, m_colour, store, blocks);
+}
+
+const SourcePart* Composer::partOf(const Placement& p) const
+{
+    for (const Pyramid& levels : m_boxes[p.box])
+        if (levels[0].material == m_material) {
+            if (levels[0].voxels.empty()) return nullptr;
+            const int level = levelFor(levels[0].voxel * p.scale / m_params.voxel);
+            return &levels[std::min<std::size_t>(level, levels.size() - 1)];
+        }
+    return nullptr;
+}
+
+const VoxelTint* Composer::tintOf(const Placement& p) const
+{
+    if (p.layer < 0 || static_cast<std::size_t>(p.layer) >= m_extras.tints.size()) return nullptr;
+    const VoxelTint& t = m_extras.tints[p.layer];
+    return t.surface && t.colour ? &t : nullptr;
+}
+
+/// Whether grids of direction and colour are needed, and where not, the one colour.
+void Composer::findColours()
+{
+    std::optional<Vec3f> shared;
+    const auto see = [&](const Vec3f& c) {
+        if (!shared) shared = c;
+        else if (*shared != c) m_colour = true;
+    };
+    for (const Placement& p : m_placements)
+        if (const SourcePart* part = partOf(p)) {
+            m_direction = m_direction || part->has_direction;
+            m_kind = part->kind;
+            if (part->has_colour || tintOf(p)) m_colour = true;
+            else see(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1], part->colour[2] * p.tint[2]));
+        }
+    for (const Skin& skin : m_extras.skins)
+        if (skin.material() == m_material) {
+            m_direction = true;
+            m_kind = MaterialKind::surface;
+            if (skin.hasColour()) m_colour = true;
+            else see(skin.colour({}));
+        }
+    m_uniform = shared.value_or(Vec3f(1.0f));
+}
+
+void Composer::findTiles()
+{
+    constexpr std::size_t kChunk = 4096;
+    const std::size_t chunks = (m_placements.size() + kChunk - 1) / kChunk;
+    std::vector<std::vector<Entry>> lists(chunks + m_extras.skins.size());
+    tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) {
+        for (std::size_t i = c * kChunk; i < std::min(m_placements.size(), (c + 1) * kChunk); ++i)
+            if (const SourcePart* part = partOf(m_placements[i]))
+                PlacedBox(m_placements[i], *part, m_params.voxel).forTiles([&](const openvdb::Coord& tile) {
+                    lists[c].push_back({tileKey(tile), i});
+                });
+    });
+    std::uint64_t source = m_placements.size();
+    for (std::size_t s = 0; s < m_extras.skins.size(); ++s) {
+        const Skin& skin = m_extras.skins[s];
+        const std::size_t triangles = skin.surface().mesh().triangles.size();
+        if (skin.material() == m_material)
+            for (std::size_t t = 0; t < triangles; ++t) {
+                Vec3d low, high;
+                skin.bounds(static_cast<std::int32_t>(t), m_params.voxel, low, high);
+                forTilesBetween(low, high, "skin", [&](const openvdb::Coord& tile) {
+                    lists[chunks + s].push_back({tileKey(tile), source + t});
+                });
+            }
+        source += triangles;
+    }
+    std::size_t total = 0;
+    for (const auto& list : lists) total += list.size();
+    m_entries.reserve(total);
+    for (auto& list : lists) {
+        m_entries.insert(m_entries.end(), list.begin(), list.end());
+        std::vector<Entry>().swap(list);
+    }
+    tbb::parallel_sort(m_entries.begin(), m_entries.end());
+    for (std::size_t i = 0; i < m_entries.size(); ++i)
+        if (i == 0 || m_entries[i].tile != m_entries[i - 1].tile) m_first.push_back(i);
+    m_first.push_back(m_entries.size());
+}
+
+} // namespace volcomp

@@ -1,0 +1,68 @@
+// The sources of one material, sorted by the tiles that they reach: what compose() and its estimate work through.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "volcomp/compose/box_source.h"
+#include "volcomp/compose/compose.h"
+#include "volcomp/compose/tile_accumulator.h"
+
+namespace volcomp {
+
+/// One part of a box at its own voxel, twice that, and so on as far as placements need it.
+using Pyramid = std::vector<SourcePart>;
+using Pyramids = std::vector<Pyramid>; ///< one for each material of a box
+
+/// Boxes packed for a voxel size, and the materials in the order in which they appear.
+struct BoxSources {
+    std::vector<Pyramids> boxes;
+    std::vector<std::string> materials;
+};
+BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel);
+
+/// All arguments must outlive it.
+class Composer {
+public:
+    Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
+             const ComposeParams& params, std::string material);
+
+    /// A part without voxels, of the right kind and grids.
+    PackedPart emptyPart() const;
+
+    /// Tiles in the order of an OpenVDB tree's nodes of 128^3 voxels; those of one node follow each other.
+    std::size_t tileCount() const { return m_first.size() - 1; }
+    std::uint64_t node(std::size_t tile) const { return m_entries[m_first[tile]].tile >> 3 * (7 - TileAccumulator::kLog2); }
+    std::size_t sourceCount(std::size_t tile) const { return m_first[tile + 1] - m_first[tile]; }
+
+    /// Sums the tile's sources, and appends its blocks.
+    void compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store, std::vector<PackedBlock>& blocks) const;
+
+    std::size_t bytes() const { return m_entries.capacity() * sizeof(Entry) + m_first.capacity() * sizeof(std::size_t); }
+
+private:
+    /// A source of one tile: a placement, or behind them a skin's triangle.
+    struct Entry {
+        std::uint64_t tile, source;
+        bool operator<(const Entry& other) const { return tile != other.tile ? tile < other.tile : source < other.source; }
+    };
+
+    const SourcePart* partOf(const Placement& p) const;
+    const VoxelTint* tintOf(const Placement& p) const;
+    void findColours();
+    void findTiles();
+
+    const std::vector<Pyramids>& m_boxes;
+    const std::vector<Placement>& m_placements;
+    const ComposeExtras& m_extras;
+    const ComposeParams& m_params;
+    std::string m_material;
+    MaterialKind m_kind = MaterialKind::fibre;
+    bool m_direction = false, m_colour = false;
+    Vec3f m_uniform{1.0f};
+    std::vector<Entry> m_entries;
+    std::vector<std::size_t> m_first; ///< entry of each tile, and the end
+};
+
+} // namespace volcomp

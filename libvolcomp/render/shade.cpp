@@ -1,0 +1,83 @@
+#include "volcomp/render/shade.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace volcomp {
+namespace {
+
+constexpr double kLn2 = 0.693147180559945309417;
+constexpr double kMinGamma = 0.001;  // rad
+constexpr double kMinCosine = 0.01;  // cos theta_r and cos theta_Q in denominators
+constexpr double kDegenerate = 1e-6; // length below which V + L or Q - (t.Q)t has no direction
+
+double acosClamped(double x) { return std::acos(std::min(1.0, std::max(-1.0, x))); }
+
+double distribution(const Lobe& lobe, double phi) { return std::exp(-lobe.falloff * phi * phi); }
+
+// N is on the side of V already, or has a side.
+Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
+{
+    const double cos_i = N.dot(L);
+    if (!(cos_i > 0)) return {};
+    Reflection result{lobe.alpha * cos_i, 0};
+    Vec3d Q = V + L;
+    const double length = Q.length();
+    if (lobe.beta == 0 || length < kDegenerate) return result;
+    Q /= length;
+    const double cos_phi = N.dot(Q), cos_q = V.dot(Q);
+    const double r = std::max(N.dot(V), kMinCosine), q = std::max(cos_q, kMinCosine);
+    const double g_over_r = std::min({1 / r, 2 * cos_phi / q, 2 * cos_phi * cos_i / (q * r)});
+    result.specular = lobe.beta * distribution(lobe, acosClamped(cos_phi)) * fresnel(cos_q, lobe.n) * std::max(0.0, g_over_r);
+    return result;
+}
+
+} // namespace
+
+Lobe makeLobe(const Material& m, double spread)
+{
+    const double gamma = std::max(m.gamma, kMinGamma), k = m.kind == MaterialKind::fibre ? 2 : 1;
+    const double wide = gamma * gamma + 2 * kLn2 * k * k * spread * spread;
+    return {m.alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n};
+}
+
+double fresnel(double c, double n)
+{
+    if (n == 1) return 0;
+    const double g2 = n * n + c * c - 1;
+    if (g2 < 0) return 1;
+    const double g = std::sqrt(g2);
+    if (g + c == 0) return 1;
+    const double a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
+    return 0.5 * a * a * (1 + b * b);
+}
+
+Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L) { return reflect(lobe, N.dot(V) < 0 ? -N : N, V, L); }
+
+Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
+{
+    return N.dot(V) > 0 ? reflect(lobe, N, V, L) : Reflection{};
+}
+
+Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L)
+{
+    const double tl = t.dot(L), tv = t.dot(V);
+    Reflection result{lobe.alpha * (L - tl * t).length(), 0};
+    Vec3d Q = V + L;
+    const double length = Q.length();
+    if (lobe.beta == 0 || length < kDegenerate) return result;
+    Q /= length;
+    Vec3d normal = Q - t.dot(Q) * t;
+    const double cos_phi = normal.length();
+    if (cos_phi < kDegenerate) return result;
+    normal /= cos_phi;
+    const double cos_i = normal.dot(L), cos_r = normal.dot(V);
+    if (cos_i <= 0 || cos_r <= 0) return result;
+    const double phi = acosClamped(tv) - acosClamped(-tl); // (11), misprint corrected
+    const double cos_q = std::sqrt(std::max(0.0, (1 + V.dot(L)) / 2)), q = std::max(cos_q, kMinCosine);
+    const double g = std::min({1.0, 2 * cos_phi * cos_r / q, 2 * cos_phi * cos_i / q});
+    result.specular = lobe.beta * distribution(lobe, phi) * fresnel(cos_q, lobe.n) * g;
+    return result;
+}
+
+} // namespace volcomp

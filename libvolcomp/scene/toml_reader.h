@@ -1,0 +1,112 @@
+// Reads a TOML table key by key, and knows at the end which keys nobody asked for.
+//
+// Each key is asked for once, with its default, range, unit and meaning. The same calls read a file and, on a reader made by
+// describing(), list the keys for the documentation: what the parser accepts and what the page says cannot part.
+// Every failure is an Error with the file, the line, the value underlined and what was expected.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "volcomp/scene/key_docs.h"
+#include "volcomp/base/vec.h"
+#include "volcomp/base/words.h"
+
+namespace volcomp {
+
+/// A closed interval that a number must lie in. Infinite ends are open.
+struct Interval {
+    double low, high;
+};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Interval kAny{-kInfinity, kInfinity};
+constexpr Interval kUnit{0, 1};
+constexpr Interval kNotNegative{0, kInfinity};
+constexpr Interval kPositive{std::numeric_limits<double>::min(), kInfinity}; ///< printed as "> 0"
+
+/// Name and documentation of one key. `unit` may be empty.
+struct Key {
+    const char* name;
+    const char* unit;
+    const char* meaning;
+};
+
+/// One table of the file.
+class TableReader {
+public:
+    /// The root table of a file. Throws Error where the file is missing, unreadable or not TOML.
+    static TableReader open(const std::filesystem::path& file);
+
+    /// A reader of nothing: every call returns its default (an absent required value: a zero or the range's low end)
+    /// and adds a row to `docs`.
+    static TableReader describing(std::vector<KeyDoc>& docs);
+
+    TableReader(TableReader&&) noexcept;
+    ~TableReader();
+
+    bool has(const char* name) const; ///< false while describing
+    bool isDescribing() const;
+
+    // A default of std::nullopt makes the key required. Numbers may be written as integers or floats and must be finite.
+    double number(const Key&, std::optional<double> fallback, Interval range);
+    int integer(const Key&, std::optional<int> fallback, Interval range);
+    bool flag(const Key&, bool fallback);
+    std::string text(const Key&, std::optional<std::string> fallback);
+    std::vector<std::string> texts(const Key&, std::vector<std::string> fallback);         ///< one string or an array of them
+    std::filesystem::path path(const Key&, std::optional<std::string> fallback);           ///< relative to the scene file; "" stays empty
+    std::vector<double> numbers(const Key&, std::vector<double> fallback, Interval range); ///< an array of any length
+
+    /// Three numbers. A single number is not accepted.
+    Vec3d vector(const Key&, std::optional<Vec3d> fallback, Interval range = kAny);
+    /// Linear RGB: three numbers, or "#rrggbb", which is sRGB and converted.
+    Vec3d colour(const Key&, std::optional<Vec3d> fallback, Interval range = kNotNegative);
+    /// A non-zero vector, returned at unit length.
+    Vec3d direction(const Key&, std::optional<Vec3d> fallback);
+    /// [low, high] with low <= high, or one number for both.
+    std::pair<double, double> span(const Key&, std::optional<std::pair<double, double>> fallback, Interval range);
+
+    /// One of a list of words.
+    template <class E, std::size_t N>
+    E choice(const Key& key, std::optional<E> fallback, const Word<E> (&words)[N])
+    {
+        std::vector<std::string> names;
+        std::optional<int> index;
+        for (const auto& [name, value] : words) {
+            if (fallback && value == *fallback) index = static_cast<int>(names.size());
+            names.push_back(name);
+        }
+        return words[word(key, index, names)].second;
+    }
+
+    /// A sub-table. Absent: an empty one, whose required keys then fail (use has() where the table is optional).
+    TableReader table(const Key&);
+    /// The array of tables [[name]]. Absent: none. While describing: one.
+    std::vector<TableReader> tables(const Key&);
+    /// The tables [name.X], sorted by X. While describing: one, called NAME.
+    std::vector<std::pair<std::string, TableReader>> named(const Key&);
+
+    /// Does nothing where `holds`; otherwise throws the Error that points at the key's value. Does nothing while describing.
+    void require(bool holds, const char* name, const std::string& expected) const;
+
+    /// Throws Error at the first key that was not asked for, with the nearest known key. Call it last.
+    void finish() const;
+
+    /// "[material.fur] at scene.toml:12", for messages about the table as a whole.
+    std::string place() const;
+    const std::filesystem::path& file() const;
+
+    /// The table as TOML, without comments; empty while describing and where it is absent.
+    std::string toml() const;
+
+private:
+    struct State;
+    explicit TableReader(std::unique_ptr<State>);
+    int word(const Key&, std::optional<int> fallback, const std::vector<std::string>& words);
+    std::unique_ptr<State> m_state;
+};
+
+} // namespace volcomp

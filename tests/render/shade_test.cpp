@@ -1,0 +1,146 @@
+#include "volcomp/render/shade.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "volcomp/base/random.h"
+
+using namespace volcomp;
+
+namespace {
+
+Vec3d vec(const nlohmann::json& j) { return {j[0], j[1], j[2]}; }
+
+Material material(const nlohmann::json& j, MaterialKind kind)
+{
+    Material m;
+    m.kind = kind;
+    m.alpha = j["alpha"];
+    m.beta = j["beta"];
+    m.gamma = j["gamma"];
+    m.n = j["n"];
+    return m;
+}
+
+void compare(const char* file, MaterialKind kind)
+{
+    std::ifstream stream(std::string(VOLCOMP_TEST_DATA) + "/" + file);
+    const nlohmann::json rows = nlohmann::json::parse(stream);
+    ASSERT_GT(rows.size(), 400u);
+    for (const auto& row : rows) {
+        const Lobe lobe = makeLobe(material(row["material"], kind));
+        const Vec3d axis = vec(row["axis"]), V = vec(row["V"]), L = vec(row["L"]);
+        for (const double sign : {1.0, -1.0}) { // neither normals nor tangents have a sign
+            const Reflection r =
+                kind == MaterialKind::fibre ? reflectFibre(lobe, sign * axis, V, L) : reflectSurface(lobe, sign * axis, V, L);
+            if (kind == MaterialKind::surface && axis.dot(V) == 0 && sign < 0) continue; // exactly edge on, the side is arbitrary
+            const Vec3d I = r.diffuse * vec(row["material"]["c_b"]) + r.specular * vec(row["material"]["e"]);
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(I[c], row["rgb"][c].get<double>(), 1e-6) << row.dump();
+        }
+    }
+}
+
+Vec3d randomUnit(Random& random)
+{
+    Vec3d v(random.normal(), random.normal(), random.normal());
+    v.normalize();
+    return v;
+}
+
+} // namespace
+
+TEST(Shade, SurfaceAgreesWithTheReference) { compare("surface.json", MaterialKind::surface); }
+TEST(Shade, FibreAgreesWithTheReference) { compare("fibre.json", MaterialKind::fibre); }
+
+TEST(Shade, FresnelIsTheDielectricsNormalReflectance)
+{
+    EXPECT_NEAR(fresnel(1, 1.5), 0.04, 1e-12);
+    EXPECT_EQ(fresnel(0.3, 1), 0);
+    EXPECT_EQ(fresnel(0.1, 0.5), 1); // beyond the critical angle
+    EXPECT_NEAR(fresnel(0, 1.5), 1, 1e-12);
+}
+
+// Grazing, opposite, parallel and antiparallel directions, extreme constants: finite and not negative.
+TEST(Shade, IsFiniteEverywhere)
+{
+    Random random(7);
+    std::vector<Vec3d> directions{{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+    for (int i = 0; i < 12; ++i) directions.push_back(randomUnit(random));
+    for (int i = 0; i < 5; ++i) { // nearly the same or opposite
+        Vec3d v = directions[i] + 1e-7 * randomUnit(random);
+        v.normalize();
+        directions.push_back(v);
+        directions.push_back(-v);
+    }
+    for (double gamma : {0.0, 1e-9, 0.2, 1.5})
+        for (double n : {0.2, 1.0, 1.0 + 1e-12, 1.55, 100.0}) {
+            Material m;
+            m.gamma = gamma;
+            m.n = n;
+            for (auto kind : {MaterialKind::fibre, MaterialKind::surface}) {
+                m.kind = kind;
+                const Lobe lobe = makeLobe(m);
+                for (const Vec3d& a : directions)
+                    for (const Vec3d& V : directions)
+                        for (const Vec3d& L : directions)
+                            for (const Reflection& r :
+                                 {reflectFibre(lobe, a, V, L), reflectSurface(lobe, a, V, L), reflectSided(lobe, a, V, L)}) {
+                                ASSERT_TRUE(std::isfinite(r.diffuse) && std::isfinite(r.specular));
+                                ASSERT_TRUE(r.diffuse >= 0 && r.specular >= 0);
+                            }
+            }
+        }
+}
+
+// A normal with a side is seen from there alone, and as one without from there.
+TEST(Shade, ASidedNormalIsDarkFromBehind)
+{
+    Material m;
+    m.kind = MaterialKind::surface;
+    const Lobe lobe = makeLobe(m);
+    const Vec3d N(0, 0, 1), V = Vec3d(0.3, 0, 1).unit(), L = Vec3d(-0.4, 0.2, 1).unit();
+    const Reflection front = reflectSided(lobe, N, V, L), plain = reflectSurface(lobe, N, V, L);
+    EXPECT_GT(front.diffuse * front.specular, 0);
+    EXPECT_EQ(front.diffuse, plain.diffuse);
+    EXPECT_EQ(front.specular, plain.specular);
+    for (const Reflection& r : {reflectSided(lobe, -N, V, L), reflectSided(lobe, N, -V, L), reflectSided(lobe, N, -V, -L)})
+        EXPECT_EQ(r.diffuse + r.specular, 0);
+}
+
+// MODEL section 8: the highlight of a bundle of fibres whose tilt has variance s^2 is the mean over the bundle.
+TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
+{
+    Material m;
+    m.gamma = 0.15;
+    const double s = 0.08;
+    const Vec3d t(1, 0, 0), V(0, 0, 1);
+    for (double tilt : {0.0, 0.1, 0.2}) {
+        const Vec3d L(std::sin(tilt), 0, std::cos(tilt)); // in the plane of t and V: phi = tilt
+        Random random(3);
+        double mean = 0;
+        const int count = 20000;
+        for (int i = 0; i < count; ++i) {
+            const double a = s * random.normal();
+            mean += reflectFibre(makeLobe(m), Vec3d(std::cos(a), 0, std::sin(a)), V, L).specular / count;
+        }
+        const double wide = reflectFibre(makeLobe(m, s), t, V, L).specular, narrow = reflectFibre(makeLobe(m), t, V, L).specular;
+        EXPECT_NEAR(wide, mean, 0.02 * mean) << tilt;
+        EXPECT_GT(std::abs(narrow - mean), 0.1 * mean) << tilt; // without the widening it is off
+    }
+    // A surface's angle is the normal's tilt itself, a fibre's twice that: the lobe widens by half as much.
+    for (const double tilt : {0.0, 0.1, 0.2}) {
+        double mean = 0, weight = 0;
+        for (double z = -6; z <= 6; z += 0.01) { // standard deviations
+            const double p = std::exp(-0.5 * z * z);
+            mean += p * std::exp(-makeLobe(m).falloff * std::pow(tilt + s * z, 2));
+            weight += p;
+        }
+        m.kind = MaterialKind::surface;
+        const Lobe wide = makeLobe(m, s);
+        EXPECT_NEAR(wide.beta / m.beta * std::exp(-wide.falloff * tilt * tilt), mean / weight, 1e-6) << tilt;
+    }
+}

@@ -1,0 +1,89 @@
+// The rays of ShadowSweep once more, in doubles and one by one, from what its headers say: of use to its test alone.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "volcomp/view/light.h"
+#include "volcomp/render/march/march.h"
+#include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/tree/voxel_tree.h"
+
+namespace volcomp {
+
+/// What shadow_sweep.h and light_lattice.h say of a light's rays, in doubles and ray by ray: where they cross the planes, what is kept of them
+/// and what is read between them.
+class SweptRays {
+public:
+    /// Those of a sun, or the pyramid of a point light that holds the way L to it. Densities count as under fibre extinction with `fibre`.
+    SweptRays(const VoxelTree& tree, const Light& light, const Vec3d& L, bool fibre)
+        : m_tree(tree), m_fibre(fibre), m_fans(light.kind != LightKind::directional), m_L(L), m_light(tree.toCorner(light.position))
+    {
+        for (int axis = 1; axis < 3; ++axis)
+            if (std::abs(L[axis]) > std::abs(L[m_a])) m_a = axis;
+        m_b = m_a == 0 ? 1 : 0;
+        m_c = m_a == 2 ? 1 : 2;
+        m_sign = L[m_a] < 0 ? 1 : -1;
+        if (!m_fans) return;
+        m_s0 = m_sign * m_light[m_a];
+        double farthest = m_s0 + 1; // plane behind the leaves that the pyramid reaches: there the rays are as far apart as they may be
+        tree.forEachCell([&](const openvdb::Coord& origin, int) {
+            const double s = planeBefore(origin[m_a]), reach = s + 8 - m_s0;
+            for (const int axis : {m_b, m_c})
+                if (origin[axis] - m_light[axis] > reach || origin[axis] + 8 - m_light[axis] < -reach) return;
+            if (s > m_s0 + 1e-3) farthest = std::max(farthest, s + 8);
+        });
+        m_widening = ShadowSweep::kSpacing / (farthest - m_s0);
+    }
+    /// s of the plane by which the light enters the leaf of a voxel.
+    double planeBefore(int voxel) const { return m_sign > 0 ? voxel & ~7 : -((voxel & ~7) + 8.0); }
+    double planeBefore(const int* cell) const { return planeBefore(cell[m_a]); }
+    /// Way from p to the plane at s, against the light.
+    double way(const Vec3d& p, double s) const { return (m_sign * p[m_a] - s) / std::abs(m_L[m_a]); }
+    bool startsBefore(double s) const { return !m_fans || s > m_s0 + 1e-3; }
+    /// 255 roots of the transmittance at p's place on the plane at s, between each `stride`th rays.
+    double code(const Vec3d& p, double s, int stride) const
+    {
+        const Vec3d q = p + way(p, s) * m_L;
+        const double spacing = stride * (m_fans ? m_widening * (s - m_s0) : ShadowSweep::kSpacing);
+        const auto slope = [&](int axis) { return m_fans ? 0 : -m_L[axis] / std::abs(m_L[m_a]); };
+        const double u = (q[m_b] - zero(m_b) - slope(m_b) * (s - m_s0)) / spacing,
+                     v = (q[m_c] - zero(m_c) - slope(m_c) * (s - m_s0)) / spacing;
+        double sum = 0;
+        for (int k = 0; k < 4; ++k) {
+            const double i = std::floor(u) + (k >> 1), j = std::floor(v) + (k & 1);
+            Vec3d x;
+            x[m_a] = m_sign * s;
+            x[m_b] = zero(m_b) + slope(m_b) * (s - m_s0) + i * spacing;
+            x[m_c] = zero(m_c) + slope(m_c) * (s - m_s0) + j * spacing;
+            sum += (1 - std::abs(u - i)) * (1 - std::abs(v - j)) * 255 * std::exp(-0.5 * depth(x));
+        }
+        return sum;
+    }
+
+private:
+    double zero(int axis) const { return m_fans ? m_light[axis] : 0; }
+    // From x to the light. A leaf's fibres are seen from its middle.
+    double depth(const Vec3d& x) const
+    {
+        const double distance = m_fans ? (m_light - x).length() : MarchRay::kFar;
+        const Vec3d L = m_fans ? (m_light - x) / distance : m_L;
+        const MarchRay r(m_tree, x, L, distance);
+        double sum = 0;
+        forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
+            const Vec3d middle(span.cell[0] + 4, span.cell[1] + 4, span.cell[2] + 4), seen = m_fans ? (m_light - middle).unit() : L;
+            sum += m_fibre ? leafIntegral<true>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen)
+                           : leafIntegral<false>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen);
+            return true;
+        });
+        return sum;
+    }
+
+    const VoxelTree& m_tree;
+    const bool m_fibre, m_fans;
+    const Vec3d m_L, m_light;
+    int m_a = 0, m_b = 1, m_c = 2, m_sign = 1;
+    double m_s0 = 0, m_widening = 0;
+};
+
+} // namespace volcomp

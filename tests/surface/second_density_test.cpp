@@ -1,0 +1,136 @@
+#include "volcomp/surface/second_density.h"
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "volcomp/base/error.h"
+#include "volcomp/base/random.h"
+#include "volcomp/surface/texture.h"
+
+namespace volcomp {
+namespace {
+
+/// A PGM/PPM/PFM is text enough to write by hand; OpenImageIO reads them.
+std::filesystem::path write(const std::string& name, const std::string& bytes)
+{
+    const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / ("volcomp_map_" + name);
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
+}
+
+std::filesystem::path floats(const std::string& name, int width, int height, const std::vector<float>& values)
+{
+    std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n"; // rows from the bottom
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * 4);
+    return write(name, bytes);
+}
+
+MapSpec image(const std::filesystem::path& file)
+{
+    MapSpec m;
+    m.image = file;
+    return m;
+}
+
+TEST(Texture, eightAndSixteenBitsAndFloats)
+{
+    EXPECT_NEAR(readTexture(write("8.pgm", "P2\n1 1\n255\n51\n"), false).pixels[0], 0.2, 1e-6);
+    EXPECT_NEAR(readTexture(write("16.pgm", "P2\n1 1\n65535\n13107\n"), false).pixels[0], 0.2, 1e-6);
+    EXPECT_FLOAT_EQ(readTexture(floats("32.pfm", 1, 1, {-3.5f}), false).pixels[0], -3.5f);
+    EXPECT_NEAR(readTexture(write("8.pgm", "P2\n1 1\n255\n188\n"), true).pixels[0], 0.5029, 1e-3); // sRGB
+}
+
+TEST(Texture, rowsRunDownwardsAndWrapModes)
+{
+    const Texture t = readTexture(write("rows.pgm", "P2\n2 2\n255\n0 255\n51 102\n"), false); // top: 0 1, bottom: 0.2 0.4
+    EXPECT_NEAR(t.sample(0.25, 0.75, 0, Wrap::clamp), 0, 1e-6);
+    EXPECT_NEAR(t.sample(0.75, 0.75, 0, Wrap::clamp), 1, 1e-6);
+    EXPECT_NEAR(t.sample(0.25, 0.25, 0, Wrap::clamp), 0.2, 1e-6);
+    EXPECT_NEAR(t.sample(0.5, 0.5, 0, Wrap::clamp), 0.4, 1e-6);
+    EXPECT_NEAR(t.sample(1.25, 0.75, 0, Wrap::repeat), 0, 1e-6);
+    EXPECT_NEAR(t.sample(1.25, 0.75, 0, Wrap::mirror), 1, 1e-6);
+    EXPECT_NEAR(t.sample(-7, 0.75, 0, Wrap::clamp), 0, 1e-6);
+    EXPECT_NEAR(t.sample(1.5, 0.75, 0, Wrap::black), 0, 1e-6);
+    EXPECT_NEAR(t.sample(1, 0.75, 0, Wrap::repeat), 0.5, 1e-6); // across the seam
+    EXPECT_EQ(t.sample(NAN, 0.5, 0, Wrap::repeat), 0);
+    EXPECT_EQ(t.sample(1e300, 0.5, 0, Wrap::repeat), 0);
+}
+
+TEST(Texture, wrongFilesAreRefusedWithTheirName)
+{
+    const auto refuses = [&](const std::filesystem::path& file) {
+        try {
+            readTexture(file, false);
+        } catch (const Error& e) {
+            return std::string(e.what()).find(file.filename().string()) != std::string::npos;
+        }
+        return false;
+    };
+    EXPECT_TRUE(refuses("/nonexistent/map.png"));
+    EXPECT_TRUE(refuses(write("empty.png", "")));
+    EXPECT_TRUE(refuses(write("text.png", "no picture at all")));
+    EXPECT_TRUE(refuses(write("cut.ppm", "P6\n100 100\n255\nxyz")));
+    EXPECT_TRUE(refuses(floats("nan.pfm", 2, 1, {1.0f, NAN})));
+}
+
+TEST(Map, factorsMultiplyAndRangesInvert)
+{
+    MapSpec half;
+    half.constant = Vec3d(0.5);
+    MapSpec grey = image(write("grey.pgm", "P2\n1 1\n255\n51\n"));
+    grey.low = 1;
+    grey.high = 0;
+    const Map m({half, grey}, false);
+    EXPECT_NEAR(m.value({0.3, 0.3}, Vec3d(0.0)), 0.4, 1e-6);
+    EXPECT_FALSE(m.isConstant());
+    EXPECT_TRUE(m.usesUv());
+    EXPECT_EQ(Map({}, false).value({0, 0}, Vec3d(0.0)), 1);
+    EXPECT_TRUE(Map({half}, false).isConstant());
+}
+
+TEST(Map, channelsAndLuminance)
+{
+    const auto file = write("rgb.ppm", "P3\n1 1\n255\n255 51 0\n");
+    MapSpec m = image(file);
+    EXPECT_NEAR(Map({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2126 + 0.7152 * 0.2, 1e-5);
+    m.channel = 1;
+    EXPECT_NEAR(Map({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2, 1e-6);
+    m.channel = 3;
+    EXPECT_THROW(Map({m}, false), Error);
+    const Vec3f c = Map({image(file)}, true).colour({0.5, 0.5}, Vec3d(0.0)); // a colour map is converted from sRGB
+    EXPECT_NEAR(c[0], 1, 1e-5);
+    EXPECT_NEAR(c[1], 0.0331, 1e-3);
+}
+
+TEST(Map, noiseIsSmoothEvenAndDependsOnItsSeed)
+{
+    MapSpec m;
+    m.noise = 0.1;
+    m.octaves = 3;
+    const Map a({m}, false);
+    m.seed = 2;
+    const Map b({m}, false);
+    double mean = 0, square = 0, product = 0, jump = 0;
+    const int n = 20000;
+    for (int k = 0; k < n; ++k) {
+        Random r(hashKey(1, k));
+        const Vec3d p(r.symmetric() * 10, r.symmetric() * 10, r.symmetric() * 10);
+        const double x = a.value({0, 0}, p), y = b.value({0, 0}, p);
+        EXPECT_TRUE(x >= 0 && x <= 1);
+        mean += x / n;
+        square += (x - 0.5) * (x - 0.5) / n;
+        product += (x - 0.5) * (y - 0.5) / n;
+        jump = std::max(jump, std::abs(x - a.value({0, 0}, p + Vec3d(1e-5, 0, 0))));
+    }
+    EXPECT_NEAR(mean, 0.5, 0.01);
+    EXPECT_GT(std::sqrt(square), 0.08);
+    EXPECT_LT(std::abs(product) / square, 0.05);
+    EXPECT_LT(jump, 1e-3);
+    EXPECT_EQ(gradientNoise({NAN, 0, 0}, 1, 1), 0.5);
+}
+
+} // namespace
+} // namespace volcomp

@@ -1,0 +1,191 @@
+#include "tools/chart/chart_cache.h"
+
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include "volcomp/base/atomic_file.h"
+#include "volcomp/base/error.h"
+#include "tools/shared/process.h"
+#include "volcomp/base/random.h"
+#include "volcomp/render/render.h"
+#include "tools/shared/settings.h"
+#include "volcomp/volume/vdb_io.h"
+
+namespace volcomp {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::uint64_t hashText(std::uint64_t hash, const std::string& text)
+{
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL; // FNV-1a
+    return mix64(hash);
+}
+
+std::string readBytes(const fs::path& file)
+{
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Of a scene file and of every file that a text in it names: meshes, maps, included scenes.
+std::uint64_t hashFiles(const fs::path& file, std::set<fs::path>& seen)
+{
+    if (!seen.insert(file).second) return 0;
+    const std::string text = readBytes(file);
+    std::uint64_t hash = hashText(1, text);
+    if (file.extension() != ".toml") return hash;
+    static const std::regex quoted("\"([^\"\n]+)\"|'([^'\n]+)'");
+    for (std::sregex_iterator m(text.begin(), text.end(), quoted), end; m != end; ++m) {
+        const fs::path named = file.parent_path() / ((*m)[1].matched ? (*m)[1].str() : (*m)[2].str());
+        std::error_code code;
+        if (fs::is_regular_file(named, code)) hash = hashKey(hash, hashFiles(fs::canonical(named, code), seen));
+    }
+    return hash;
+}
+
+std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+double cpuSeconds()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+void writeJson(const fs::path& file, const json& value)
+{
+    writeAtomically(file, [&](const fs::path& temporary) {
+        std::ofstream stream(temporary);
+        stream << value.dump(2) << '\n';
+        if (!stream.flush()) throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+    });
+}
+
+/// What was written under that name; null where there is none or it is not whole.
+json readJson(const fs::path& file)
+{
+    std::ifstream stream(file);
+    return stream ? json::parse(stream, nullptr, false) : json();
+}
+
+} // namespace
+
+ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out, fs::path directory)
+    : m_tool(tool), m_scene(scene), m_leave_out(std::move(leave_out)), m_directory(std::move(directory))
+{
+    std::set<fs::path> seen;
+    m_scene_key = {hex(hashFiles(fs::canonical(scene.file), seen)), m_leave_out};
+    for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"})
+        m_program_key.push_back(hex(hashText(1, readBytes(ownDirectory() / program))));
+    fs::create_directories(m_directory);
+}
+
+fs::path ChartCache::place(const std::string& kind, const json& key, const char* ending) const
+{
+    return m_directory / (kind + "_" + hex(hashText(1, key.dump())) + ending);
+}
+
+json ChartCache::composed(double voxel)
+{
+    const json key = {{"scene", m_scene_key}, {"programs", {m_program_key[0], m_program_key[1]}}, {"voxel", voxel}};
+    return {{"key", key}, {"figures", place("compose", key, ".json").string()}, {"volume", place("volume", key, ".vdb").string()}};
+}
+
+fs::path ChartCache::volume(double voxel)
+{
+    const json what = composed(voxel);
+    const fs::path figures = what["figures"].get<std::string>();
+    fs::path file = what["volume"].get<std::string>();
+    if (fs::exists(file) && readJson(figures).is_object()) return file;
+    const auto runOwn = [&](std::vector<std::string> arguments) {
+        arguments[0] = (ownDirectory() / arguments[0]).string();
+        arguments.push_back("--quiet");
+        const ProcessResult result = runProcess(arguments);
+        if (result.status != 0) throw Error(arguments[0] + " failed:\n" + result.output);
+        return result.cpu_seconds;
+    };
+    const fs::path boxes = place("boxes", {m_scene_key, m_program_key[0]}, "");
+    if (!fs::exists(boxes / "done")) {
+        m_tool.stage("bake", [&](const Progress&) { runOwn({"volcomp-bake", m_scene.file.string(), "-o", boxes.string()}); });
+        std::ofstream(boxes / "done").flush();
+    }
+    const double seconds = m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
+        std::vector<std::string> command{"volcomp-compose", m_scene.file.string(),         "--boxes", boxes.string(),
+                                         "--voxel",         fmt::format("{:.17g}", voxel), "-o",      file.string()};
+        for (const std::string& surface : m_leave_out) command.insert(command.end(), {"--leave-out", surface});
+        return runOwn(command);
+    });
+    writeJson(figures, {{"key", what["key"]}, {"cpu_seconds", seconds}});
+    return file;
+}
+
+double ChartCache::composeSeconds(double voxel)
+{
+    const fs::path figures = composed(voxel)["figures"].get<std::string>();
+    if (!readJson(figures).is_object()) volume(voxel);
+    return readJson(figures).at("cpu_seconds");
+}
+
+void ChartCache::forget(double voxel)
+{
+    std::error_code code;
+    const fs::path file = composed(voxel)["volume"].get<std::string>();
+    fs::remove(file, code);
+    for (int n = 1; fs::remove(levelFile(file, n), code); ++n) { }
+}
+
+std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& params)
+{
+    const fs::path file = volume(voxel);
+    if (params.lod) {
+        if (storedLevels(file, params.tau) == 0) m_tool.stage("levels", [&](const Progress& p) { writeVoxelLevels(file, params.tau, p); });
+        return m_tool.stage("load", [&](const Progress& p) { return readVoxelLevels(file, m_scene.camera, params, p); });
+    }
+    if (!m_tree || m_tree_voxel != voxel) {
+        m_tree.reset();
+        m_tree = std::make_shared<const VoxelTree>(m_tool.stage("load", [&](const Progress& p) { return readVoxelTree(file, p); }));
+        m_tree_voxel = voxel;
+    }
+    return {{m_tree}};
+}
+
+Measured ChartCache::remember(const std::string& name, const json& what, const std::function<Measured()>& measure)
+{
+    const json key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", what}};
+    const fs::path figures = place("render", key, ".json"), picture = place("render", key, ".exr");
+    const json known = readJson(figures);
+    if (known.is_object() && fs::exists(picture)) return {readImage(picture), known.at("cpu_seconds")};
+    Measured result = measure();
+    writeImage(picture, result.image);
+    writeJson(figures, {{"name", name}, {"key", key}, {"cpu_seconds", result.cpu_seconds}}); // last: it says that the picture is there
+    return result;
+}
+
+Measured ChartCache::render(const std::string& name, double voxel, const RenderParams& params, bool lights)
+{
+    json settings = settingsOf(params);
+    return remember(name, {{"voxel", voxel}, {"settings", settings}, {"lights", lights}}, [&] {
+        const std::vector<VoxelLevel> volume = levels(voxel, params);
+        return m_tool.stage(name, [&](const Progress& progress) {
+            Measured best;
+            for (int run = 0; run < 3; ++run) { // short ones are measured again
+                const double start = cpuSeconds();
+                best.image = volcomp::render(volume, m_scene.materials, m_scene.camera, lights ? m_scene.lights : std::vector<Light>(),
+                                             params, progress);
+                const double seconds = cpuSeconds() - start;
+                best.cpu_seconds = run == 0 ? seconds : std::min(best.cpu_seconds, seconds);
+                if (seconds > 1) break;
+            }
+            return best;
+        });
+    });
+}
+
+} // namespace volcomp

@@ -1,0 +1,109 @@
+#include "tools/render/checkpoint.h"
+
+#include <cstring>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "volcomp/base/atomic_file.h"
+#include "volcomp/base/random.h"
+#include "tools/shared/settings.h"
+#include "volcomp/volume/vdb_io.h"
+#include "volcomp/render/tree/voxel_levels.h"
+
+namespace volcomp {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kMagic = 0x316b6863706d6376; // "vcmpchk1"
+
+json toJson(const Vec3d& v) { return {v[0], v[1], v[2]}; }
+
+template <class T>
+std::uint64_t hashOf(const std::vector<T>& values)
+{
+    std::uint64_t hash = values.size();
+    for (const T value : values) {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &value, sizeof value);
+        hash = (hash ^ bits) * 0x9e3779b97f4a7c15ULL + (hash >> 29);
+    }
+    return mix64(hash);
+}
+
+} // namespace
+
+json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
+{
+    const Camera& c = scene.camera;
+    json print = {{"version", VOLCOMP_VERSION},
+                  {"volume", volumeIdentifier(volume)},
+                  {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau) : 0},
+                  {"settings", settingsOf(scene.render)},
+                  {"camera", {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view, c.width}},
+                  {"lights", json::array()},
+                  {"materials", json::array()}};
+    for (const Light& l : scene.lights)
+        print["lights"].push_back(
+            {l.name, int(l.kind), toJson(l.direction), toJson(l.position), toJson(l.strength), l.angle, l.soft_angle});
+    for (const Material& m : scene.materials)
+        print["materials"].push_back({m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});
+    return print;
+}
+
+void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint, const RenderState& state)
+{
+    writeAtomically(file, [&](const std::filesystem::path& temporary) {
+        std::ofstream stream(temporary, std::ios::binary);
+        const std::string text = fingerprint.dump();
+        const std::uint64_t head[] = {kMagic, text.size(), state.sums.size(), state.samples.size(),
+                                      hashOf(state.sums) ^ hashOf(state.samples)};
+        stream.write(reinterpret_cast<const char*>(head), sizeof head);
+        stream.write(text.data(), std::streamsize(text.size()));
+        stream.write(reinterpret_cast<const char*>(state.sums.data()), std::streamsize(state.sums.size() * sizeof(double)));
+        stream.write(reinterpret_cast<const char*>(state.samples.data()), std::streamsize(state.samples.size() * sizeof(std::int32_t)));
+        if (!stream.flush()) throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+    });
+}
+
+RenderState readCheckpoint(const std::filesystem::path& file, const json& fingerprint)
+{
+    const auto damaged = [&] {
+        return fileError(file, "", "the state of a stopped render", "a damaged or foreign file", "Remove it and render without --resume.");
+    };
+    std::ifstream stream(file, std::ios::binary);
+    std::uint64_t head[5] = {};
+    stream.read(reinterpret_cast<char*>(head), sizeof head);
+    std::error_code code;
+    const std::uintmax_t size = std::filesystem::file_size(file, code);
+    if (code || !stream || head[0] != kMagic || head[1] > size || head[2] > size || head[3] > size
+        || sizeof head + head[1] + 8 * head[2] + 4 * head[3] != size)
+        throw damaged();
+    std::string text(head[1], ' ');
+    RenderState state;
+    state.sums.resize(head[2]);
+    state.samples.resize(head[3]);
+    stream.read(text.data(), std::streamsize(text.size()));
+    stream.read(reinterpret_cast<char*>(state.sums.data()), std::streamsize(8 * head[2]));
+    stream.read(reinterpret_cast<char*>(state.samples.data()), std::streamsize(4 * head[3]));
+    const json known = json::parse(text, nullptr, false);
+    if (!stream || !known.is_object() || (hashOf(state.sums) ^ hashOf(state.samples)) != head[4]) throw damaged();
+    const json wanted = json::parse(fingerprint.dump()); // through text, as the other
+    for (const auto& [key, value] : wanted.items()) {
+        const json other = known.value(key, json());
+        if (other == value) continue;
+        std::string expected = "this scene's " + key, found = "another one's";
+        if (key == "settings" && other.is_object())
+            for (const auto& [name, setting] : value.items())
+                if (other.value(name, json()) != setting) {
+                    expected = fmt::format("{} = {}", name, setting.dump());
+                    found = other.value(name, json()).dump();
+                }
+        throw fileError(file, "", "the state of this very render (" + expected + ")", found,
+                        "Go on with the settings and files it was begun with, or render without --resume.");
+    }
+    return state;
+}
+
+} // namespace volcomp

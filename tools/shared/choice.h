@@ -1,0 +1,33 @@
+// Options that take one of a table's words.
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "volcomp/base/words.h"
+
+namespace volcomp {
+
+/// Adds an option that takes one of a table's words. `value` must outlive the parsing.
+template <class E, std::size_t N, class Value>
+CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& value, const std::string& meaning, const Word<E> (&words)[N])
+{
+    std::string names;
+    for (const auto& word : words) names += (names.empty() ? "" : "|") + std::string(word.first);
+    return app
+        .add_option_function<std::string>(
+            name,
+            [&value, &words, names, name](const std::string& text) {
+                for (const auto& word : words)
+                    if (text == word.first) {
+                        value = word.second;
+                        return;
+                    }
+                throw CLI::ValidationError(name, "expected " + names + ", found '" + text + "'");
+            },
+            meaning)
+        ->type_name(names);
+}
+
+} // namespace volcomp

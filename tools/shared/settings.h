@@ -1,0 +1,12 @@
+// The settings of a render in the words of the scene file: for statistics, metadata and to know whether two renders are the same.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "volcomp/render/render_params.h"
+
+namespace volcomp {
+
+nlohmann::json settingsOf(const RenderParams& params);
+
+} // namespace volcomp

@@ -1,0 +1,60 @@
+// What the three programs share: options, messages, progress, stage times and the statistics file.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "volcomp/base/progress.h"
+
+namespace volcomp {
+
+/// One run of a program. Messages go to stderr, so that stdout stays free.
+class Tool {
+public:
+    /// Adds --quiet, --threads, --version, --stats and --scene-keys.
+    Tool(const std::string& name, const std::string& description);
+
+    CLI::App app;
+    nlohmann::json stats; ///< written by --stats
+
+    /// Parses the arguments, calls `run` and turns exceptions into one message on stderr and exit status 1 (2 for wrong arguments).
+    int main(int argc, char** argv, const std::function<void()>& run);
+
+    void say(const std::string& message) const;  ///< nothing with --quiet
+    void warn(const std::string& message) const; ///< also with --quiet
+
+    /// Runs one stage: says its name, shows its progress (a bar on a terminal, plain lines otherwise), then how long it took;
+    /// adds its wall and CPU seconds to the statistics. Returns what `work` returns.
+    template <class F>
+    auto stage(const std::string& name, F&& work)
+    {
+        Stage s(*this, name);
+        return work(s.progress());
+    }
+
+private:
+    class Stage {
+    public:
+        Stage(Tool& tool, const std::string& name);
+        ~Stage();
+        Progress progress();
+
+    private:
+        Tool& m_tool;
+        std::string m_name;
+        double m_wall, m_cpu, m_shown = 0;
+        int m_lines = 0;
+        int m_exceptions;
+    };
+    bool m_quiet = false;
+    int m_threads = 0;
+    bool m_scene_keys = false;
+    std::filesystem::path m_stats;
+    std::string m_name;
+};
+
+} // namespace volcomp
