@@ -1,4 +1,5 @@
-// How fast boxes are grown and baked: segments and voxels per second, and the memory of baking over that of its result.
+// How fast boxes are grown and baked: segments and voxels per second, and the memory of baking over
+// that of its result.
 #include <fstream>
 #include <string>
 
@@ -19,7 +20,8 @@ const std::vector<Material> kMaterials = [] {
     return std::vector<Material>{fibre, leaf};
 }();
 
-Level stem(const std::string& name, const std::string& parent, double count, double length, double radius)
+Level stem(const std::string& name, const std::string& parent, double count, double length,
+           double radius)
 {
     Level l;
     l.name = name;
@@ -51,7 +53,8 @@ Primitive tree()
     Primitive p;
     p.name = "tree";
     p.material = "fibre";
-    Level trunk = stem("trunk", "ground", 1, 6, 0.3), bough = stem("bough", "trunk", 14, 4, 0), leaf = stem("leaf", "bough", 95, 0.1, 0);
+    Level trunk = stem("trunk", "ground", 1, 6, 0.3), bough = stem("bough", "trunk", 14, 4, 0),
+          leaf = stem("leaf", "bough", 95, 0.1, 0);
     bough.radius_ratio = 0.45;
     bough.depth = 4;
     bough.fork = {6, 6};
@@ -95,7 +98,8 @@ void growing(benchmark::State& state, const Primitive& p)
     std::size_t segments = 0;
     for (auto _ : state) segments += count(grow(p, 0));
     state.counters["segments"] = benchmark::Counter(double(segments) / double(state.iterations()));
-    state.counters["segments_per_s"] = benchmark::Counter(double(segments), benchmark::Counter::kIsRate);
+    state.counters["segments_per_s"] =
+        benchmark::Counter(double(segments), benchmark::Counter::kIsRate);
 }
 
 void baking(benchmark::State& state, Primitive p, double voxel)
@@ -112,12 +116,14 @@ void baking(benchmark::State& state, Primitive p, double voxel)
         voxels = result = 0;
         for (const VolumePart& part : box.volume.parts) {
             voxels += double(part.density->activeVoxelCount());
-            result += double(part.density->memUsage() + part.direction->memUsage() + (part.colour ? part.colour->memUsage() : 0));
+            result += double(part.density->memUsage() + part.direction->memUsage()
+                             + (part.colour ? part.colour->memUsage() : 0));
         }
         ratio = peak / result;
     }
     const double runs = double(state.iterations());
-    state.counters["segments_per_s"] = benchmark::Counter(segments * runs, benchmark::Counter::kIsRate);
+    state.counters["segments_per_s"] =
+        benchmark::Counter(segments * runs, benchmark::Counter::kIsRate);
     state.counters["voxels_per_s"] = benchmark::Counter(voxels * runs, benchmark::Counter::kIsRate);
     state.counters["voxels"] = voxels;
     state.counters["result_MB"] = result / 1e6;
@@ -126,11 +132,21 @@ void baking(benchmark::State& state, Primitive p, double voxel)
 
 BENCHMARK_CAPTURE(growing, tuft, tuft())->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(growing, tree, tree())->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(baking, tuft_0_2_mm, tuft(), 2e-4)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(baking, tuft_0_05_mm, tuft(), 5e-5)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(baking, tree_8_cm, tree(), 0.08)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(baking, tree_4_cm, tree(), 0.04)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(baking, tree_2_cm, tree(), 0.02)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(baking, tuft_0_2_mm, tuft(), 2e-4)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(baking, tuft_0_05_mm, tuft(), 5e-5)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(baking, tree_8_cm, tree(), 0.08)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(baking, tree_4_cm, tree(), 0.04)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(baking, tree_2_cm, tree(), 0.02)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
 
 } // namespace
 

@@ -1,7 +1,7 @@
 // How fast placed boxes become a volume, beside OpenVDB's GridTransformer.
 //
-// The load: a box of 32 x 32 x 64 voxels with 60 strands (about 4,000 active voxels), placed on a unit sphere with a random turn and a scale
-// of 0.8 to 1.2, at the box's own voxel size.
+// The load: a box of 32 x 32 x 64 voxels with 60 strands (about 4,000 active voxels), placed on a
+// unit sphere with a random turn and a scale of 0.8 to 1.2, at the box's own voxel size.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -35,7 +35,8 @@ Box tuft()
     part.colour->setTransform(transform);
     for (int s = 0; s < 60; ++s) {
         Random r(hashKey(1, s));
-        double x = r.uniform(-14, 14), z = r.uniform(-14, 14), dx = r.symmetric() * 0.1, dz = r.symmetric() * 0.1;
+        double x = r.uniform(-14, 14), z = r.uniform(-14, 14), dx = r.symmetric() * 0.1,
+               dz = r.symmetric() * 0.1;
         for (int y = 0; y < 64; ++y) {
             Vec3f t(float(dx), 1, float(dz));
             t.normalize();
@@ -43,7 +44,8 @@ Box tuft()
             part.density->tree().setValue(c, 300.0f);
             part.direction->tree().setValue(c, t);
             part.colour->tree().setValue(c, Vec3f(0.5f, 0.3f, float(s) / 60));
-            x = std::min(15.0, std::max(-16.0, x + dx)), z = std::min(15.0, std::max(-16.0, z + dz));
+            x = std::min(15.0, std::max(-16.0, x + dx)),
+            z = std::min(15.0, std::max(-16.0, z + dz));
         }
     }
     box.volume.parts.push_back(part);
@@ -57,7 +59,8 @@ std::vector<Placement> onSphere(int count)
         Random r(hashKey(2, k));
         Vec3d n(r.normal(), r.normal(), r.normal());
         n.normalize();
-        const Vec3d a = n.cross(std::abs(n[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit(), b = n.cross(a);
+        const Vec3d a = n.cross(std::abs(n[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit(),
+                    b = n.cross(a);
         const double turn = r.uniform(0, 2 * kPi);
         const Vec3d x = a * std::cos(turn) + b * std::sin(turn);
         Placement p;
@@ -88,11 +91,17 @@ void composeOnSphere(benchmark::State& state)
         bytes = v.bytes();
         state.ResumeTiming();
     }
-    state.counters["placements/s"] = benchmark::Counter(2000.0 * double(state.iterations()), benchmark::Counter::kIsRate);
+    state.counters["placements/s"] =
+        benchmark::Counter(2000.0 * double(state.iterations()), benchmark::Counter::kIsRate);
     state.counters["Mvoxel"] = double(voxels) / 1e6;
     state.counters["MB"] = double(bytes) / 1048576;
 }
-BENCHMARK(composeOnSphere)->Arg(1)->Arg(2)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(composeOnSphere)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 /// The same load through OpenVDB: each box resampled by GridTransformer and summed, density alone.
 void gridTransformerOnSphere(benchmark::State& state)
@@ -111,14 +120,20 @@ void gridTransformerOnSphere(benchmark::State& state)
             m.setTranslation(p.position / kVoxel);
             openvdb::FloatGrid::Ptr out = openvdb::FloatGrid::create(0.0f);
             openvdb::tools::GridTransformer transformer(m);
-            transformer.transformGrid<openvdb::tools::BoxSampler, openvdb::FloatGrid>(*box.volume.parts[0].density, *out);
+            transformer.transformGrid<openvdb::tools::BoxSampler, openvdb::FloatGrid>(
+                *box.volume.parts[0].density, *out);
             openvdb::tools::compSum(*sum, *out);
         }
         benchmark::DoNotOptimize(sum);
     }
-    state.counters["placements/s"] = benchmark::Counter(double(count) * double(state.iterations()), benchmark::Counter::kIsRate);
+    state.counters["placements/s"] =
+        benchmark::Counter(double(count) * double(state.iterations()), benchmark::Counter::kIsRate);
 }
-BENCHMARK(gridTransformerOnSphere)->Arg(1)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(gridTransformerOnSphere)
+    ->Arg(1)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 /// A million boxes of about 20 voxels: memory must stay bounded.
 void millionSmallBoxes(benchmark::State& state)
@@ -133,7 +148,8 @@ void millionSmallBoxes(benchmark::State& state)
     ComposeParams params;
     params.voxel = 4 * kVoxel;
     for (auto _ : state) benchmark::DoNotOptimize(compose({box}, placements, params));
-    state.counters["placements/s"] = benchmark::Counter(1e6 * double(state.iterations()), benchmark::Counter::kIsRate);
+    state.counters["placements/s"] =
+        benchmark::Counter(1e6 * double(state.iterations()), benchmark::Counter::kIsRate);
 }
 BENCHMARK(millionSmallBoxes)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 

@@ -1,5 +1,6 @@
-// How fast rays go through fur: voxels per second of both filters beside OpenVDB's own tools, shadows by rays and by the sweep, building of the tree
-// and of its levels. The fur is made here: hairs of one voxel on a ball.
+// How fast rays go through fur: voxels per second of both filters beside OpenVDB's own tools,
+// shadows by rays and by the sweep, building of the tree and of its levels. The fur is made here:
+// hairs of one voxel on a ball.
 #include <cmath>
 
 #include <benchmark/benchmark.h>
@@ -31,9 +32,12 @@ const Volume& fur()
         Random random(1);
         for (int hair = 0; hair < 25000; ++hair) {
             const Vec3d n = Vec3d(random.normal(), random.normal(), random.normal()).unit();
-            const Vec3d bend = 0.4 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric());
+            const Vec3d bend =
+                0.4 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric());
             for (double s = 0; s < 0.25 * kRadius; s += 0.5)
-                accessor.setValue(openvdb::Coord::round(n * (kRadius + s) + bend * (s * s / (0.25 * kRadius))), 1.0f);
+                accessor.setValue(
+                    openvdb::Coord::round(n * (kRadius + s) + bend * (s * s / (0.25 * kRadius))),
+                    1.0f);
         }
         return v;
     }();
@@ -46,7 +50,8 @@ const VoxelTree& tree()
     return t;
 }
 
-/// Parallel rays, about a voxel apart, askew to the grid, tile by tile as a picture asks for them. Index coordinates.
+/// Parallel rays, about a voxel apart, askew to the grid, tile by tile as a picture asks for them.
+/// Index coordinates.
 struct Rays {
     Vec3d direction = Vec3d(-0.3, -0.25, -0.9).unit();
     std::vector<Vec3d> origins;
@@ -59,7 +64,8 @@ struct Rays {
             for (int x0 = -kHalf; x0 < kHalf; x0 += kTile)
                 for (int y = y0; y < y0 + kTile; ++y)
                     for (int x = x0; x < x0 + kTile; ++x)
-                        origins.push_back(-300.0 * direction + 1.03 * (x + 0.37) * right + 1.03 * (y + 0.71) * up);
+                        origins.push_back(-300.0 * direction + 1.03 * (x + 0.37) * right
+                                          + 1.03 * (y + 0.71) * up);
     }
 };
 const Rays& rays()
@@ -68,7 +74,8 @@ const Rays& rays()
     return r;
 }
 
-/// Voxels (or cells) of leaves that the rays cross, empty ones too: what every method has to step through.
+/// Voxels (or cells) of leaves that the rays cross, empty ones too: what every method has to step
+/// through.
 template <class Tree>
 double stepsThrough(const Tree& t, double shift)
 {
@@ -85,7 +92,8 @@ double stepsThrough(const Tree& t, double shift)
 
 void report(benchmark::State& state, double steps, double transmittance)
 {
-    state.counters["Msteps/s"] = benchmark::Counter(1e-6 * steps * double(state.iterations()), benchmark::Counter::kIsRate);
+    state.counters["Msteps/s"] =
+        benchmark::Counter(1e-6 * steps * double(state.iterations()), benchmark::Counter::kIsRate);
     state.counters["transmittance"] = transmittance / double(rays().origins.size());
 }
 
@@ -96,9 +104,10 @@ void boxTransmittance(benchmark::State& state)
     for (auto _ : state) {
         sum = 0;
         for (const Vec3d& o : rays().origins)
-            sum += std::exp(
-                -kExtinction
-                * lineIntegral<false>(t, MarchRay(t, o + Vec3d(0.5), rays().direction, MarchRay::kFar), rays().direction, MarchRay::kFar));
+            sum += std::exp(-kExtinction
+                            * lineIntegral<false>(
+                                t, MarchRay(t, o + Vec3d(0.5), rays().direction, MarchRay::kFar),
+                                rays().direction, MarchRay::kFar));
     }
     report(state, stepsThrough(t, 0.5), sum);
 }
@@ -111,44 +120,55 @@ void trilinearTransmittance(benchmark::State& state)
     for (auto _ : state) {
         sum = 0;
         for (const Vec3d& o : rays().origins)
-            sum += std::exp(-kExtinction * lineIntegral(dual, MarchRay(dual, o, rays().direction, MarchRay::kFar), MarchRay::kFar));
+            sum +=
+                std::exp(-kExtinction
+                         * lineIntegral(dual, MarchRay(dual, o, rays().direction, MarchRay::kFar),
+                                        MarchRay::kFar));
     }
     report(state, stepsThrough(dual, 0), sum);
 }
 BENCHMARK(trilinearTransmittance)->Unit(benchmark::kMillisecond);
 
-/// As OpenVDB's own tools do it: depthOf(intersector, ray) for the rays that VolumeRayIntersector lets through, moved by `shift`.
+/// As OpenVDB's own tools do it: depthOf(intersector, ray) for the rays that VolumeRayIntersector
+/// lets through, moved by `shift`.
 template <class F>
-void openvdbTransmittance(benchmark::State& state, int dilation, const Vec3d& shift, double steps, F&& depthOf)
+void openvdbTransmittance(benchmark::State& state, int dilation, const Vec3d& shift, double steps,
+                          F&& depthOf)
 {
     using Ray = openvdb::math::Ray<double>;
-    openvdb::tools::VolumeRayIntersector<openvdb::FloatGrid, openvdb::FloatTree::LeafNodeType::LEVEL + 1, Ray> intersector(
-        *fur().parts[0].density, dilation);
+    openvdb::tools::VolumeRayIntersector<openvdb::FloatGrid,
+                                         openvdb::FloatTree::LeafNodeType::LEVEL + 1, Ray>
+        intersector(*fur().parts[0].density, dilation);
     double sum = 0;
     for (auto _ : state) {
         sum = 0;
         for (const Vec3d& o : rays().origins) {
             const Ray ray(o + shift, rays().direction);
-            sum += intersector.setIndexRay(ray) ? std::exp(-kExtinction * depthOf(intersector, ray)) : 1;
+            sum += intersector.setIndexRay(ray) ? std::exp(-kExtinction * depthOf(intersector, ray))
+                                                : 1;
         }
     }
     report(state, steps, sum);
 }
 
-/// The box filter with DDA over voxels and an accessor. The steps are those of our walk, for comparison.
+/// The box filter with DDA over voxels and an accessor. The steps are those of our walk, for
+/// comparison.
 void openvdbBoxTransmittance(benchmark::State& state)
 {
     auto accessor = fur().parts[0].density->getConstAccessor();
     const Vec3d shift(0.5); // a voxel is [i, i + 1) to OpenVDB's DDA
-    openvdbTransmittance(state, 0, shift, stepsThrough(tree(), 0.5), [&](auto& intersector, const auto& ray) {
-        double depth = 0, t0, t1;
-        while (intersector.march(t0, t1)) {
-            openvdb::math::DDA<std::decay_t<decltype(ray)>, 0> dda(ray, t0, t1);
-            do depth += double(accessor.getValue(dda.voxel())) * (std::min(dda.next(), t1) - dda.time());
-            while (dda.step());
-        }
-        return depth;
-    });
+    openvdbTransmittance(
+        state, 0, shift, stepsThrough(tree(), 0.5), [&](auto& intersector, const auto& ray) {
+            double depth = 0, t0, t1;
+            while (intersector.march(t0, t1)) {
+                openvdb::math::DDA<std::decay_t<decltype(ray)>, 0> dda(ray, t0, t1);
+                do
+                    depth += double(accessor.getValue(dda.voxel()))
+                        * (std::min(dda.next(), t1) - dda.time());
+                while (dda.step());
+            }
+            return depth;
+        });
 }
 BENCHMARK(openvdbBoxTransmittance)->Unit(benchmark::kMillisecond);
 
@@ -156,12 +176,15 @@ BENCHMARK(openvdbBoxTransmittance)->Unit(benchmark::kMillisecond);
 void openvdbTrilinearSteps(benchmark::State& state)
 {
     auto accessor = fur().parts[0].density->getConstAccessor();
-    openvdbTransmittance(state, 1, Vec3d(0.0), stepsThrough(DualTree(tree()), 0), [&](auto& intersector, const auto& ray) {
-        double depth = 0, t0, t1;
-        while (intersector.march(t0, t1))
-            for (double t = std::ceil(t0); t <= t1; ++t) depth += double(openvdb::tools::BoxSampler::sample(accessor, ray(t)));
-        return depth;
-    });
+    openvdbTransmittance(state, 1, Vec3d(0.0), stepsThrough(DualTree(tree()), 0),
+                         [&](auto& intersector, const auto& ray) {
+                             double depth = 0, t0, t1;
+                             while (intersector.march(t0, t1))
+                                 for (double t = std::ceil(t0); t <= t1; ++t)
+                                     depth += double(
+                                         openvdb::tools::BoxSampler::sample(accessor, ray(t)));
+                             return depth;
+                         });
 }
 BENCHMARK(openvdbTrilinearSteps)->Unit(benchmark::kMillisecond);
 
@@ -188,13 +211,21 @@ void shadows(benchmark::State& state)
         const Image image = render(tree(), {}, camera, lights, params, {}, &stats);
         mean = 0;
         for (int y = 0; y < image.height; ++y)
-            for (int x = 0; x < image.width; ++x) mean += image.pixel(x, y)[1] / (double(image.width) * image.height);
+            for (int x = 0; x < image.width; ++x)
+                mean += image.pixel(x, y)[1] / (double(image.width) * image.height);
     }
     state.counters["Mvoxel-lights/s"] =
-        benchmark::Counter(3e-6 * double(stats.shaded_voxels) * double(state.iterations()), benchmark::Counter::kIsRate);
+        benchmark::Counter(3e-6 * double(stats.shaded_voxels) * double(state.iterations()),
+                           benchmark::Counter::kIsRate);
     state.counters["mean"] = mean;
 }
-BENCHMARK(shadows)->Args({0, 1})->Args({1, 1})->Args({1, 2})->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(shadows)
+    ->Args({0, 1})
+    ->Args({1, 1})
+    ->Args({1, 2})
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 /// Argument: threads.
 void treeBuilding(benchmark::State& state)
@@ -202,9 +233,15 @@ void treeBuilding(benchmark::State& state)
     const ThreadLimit limit(static_cast<int>(state.range(0)));
     for (auto _ : state) benchmark::DoNotOptimize(VoxelTree(fur()));
     state.counters["Mvoxel/s"] =
-        benchmark::Counter(1e-6 * double(tree().voxelCount()) * double(state.iterations()), benchmark::Counter::kIsRate);
+        benchmark::Counter(1e-6 * double(tree().voxelCount()) * double(state.iterations()),
+                           benchmark::Counter::kIsRate);
 }
-BENCHMARK(treeBuilding)->Arg(1)->Arg(2)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(treeBuilding)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 /// The first coarser level; the ones after it cost a quarter to an eighth as much each.
 void coarserLevel(benchmark::State& state)
@@ -212,9 +249,15 @@ void coarserLevel(benchmark::State& state)
     const ThreadLimit limit(static_cast<int>(state.range(0)));
     for (auto _ : state) benchmark::DoNotOptimize(VoxelTree::coarser(tree(), kExtinction));
     state.counters["Mvoxel/s"] =
-        benchmark::Counter(1e-6 * double(tree().voxelCount()) * double(state.iterations()), benchmark::Counter::kIsRate);
+        benchmark::Counter(1e-6 * double(tree().voxelCount()) * double(state.iterations()),
+                           benchmark::Counter::kIsRate);
 }
-BENCHMARK(coarserLevel)->Arg(1)->Arg(2)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(coarserLevel)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 } // namespace
 

@@ -13,15 +13,16 @@ namespace {
 
 constexpr double kVoxelsAcross = 256;
 
-const Material& find(const std::vector<Material>& materials, const std::string& name, const std::string& box)
+const Material& find(const std::vector<Material>& materials, const std::string& name,
+                     const std::string& box)
 {
     std::string known;
     for (const Material& m : materials) {
         if (m.name == name) return m;
         known += (known.empty() ? "" : ", ") + m.name;
     }
-    throw Error(
-        fmt::format("box {}: expected the name of a material ({}), found '{}'", box, known.empty() ? "the scene has none" : known, name));
+    throw Error(fmt::format("box {}: expected the name of a material ({}), found '{}'", box,
+                            known.empty() ? "the scene has none" : known, name));
 }
 
 } // namespace
@@ -51,13 +52,16 @@ double voxelFor(const Skeleton& skeleton)
     return std::max({0.5 * thin, longest / kVoxelsAcross, kSmallestVoxel});
 }
 
-Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant, const Progress& progress)
+Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant,
+         const Progress& progress)
 {
     primitive.validate();
     if (variant < 0 || variant >= primitive.variants)
-        throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", primitive.name, primitive.variants - 1, variant));
+        throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", primitive.name,
+                                primitive.variants - 1, variant));
     for (const Level& level : primitive.levels)
-        find(materials, level.material.empty() ? primitive.material : level.material, primitive.name);
+        find(materials, level.material.empty() ? primitive.material : level.material,
+             primitive.name);
     Skeleton skeleton = grow(primitive, variant);
     report(progress, 0.2);
     const double voxel = primitive.voxel > 0 ? primitive.voxel : voxelFor(skeleton);
@@ -69,18 +73,26 @@ Box bake(const Primitive& primitive, const std::vector<Material>& materials, int
     box.variant = variant;
     for (SkeletonPart& part : skeleton) {
         const double share = double(part.segments.size()) / std::max(1.0, segments);
-        const Progress inner = [&](double f) { report(progress, 0.2 + 0.8 * (finished + f * share)); };
+        const Progress inner = [&](double f) {
+            report(progress, 0.2 + 0.8 * (finished + f * share));
+        };
         try {
-            VolumePart result = rasterise(part.segments, part.material, find(materials, part.material, primitive.name).kind, voxel, inner);
-            if (result.density->activeVoxelCount() > 0 || skeleton.size() == 1) box.volume.parts.push_back(std::move(result));
+            VolumePart result =
+                rasterise(part.segments, part.material,
+                          find(materials, part.material, primitive.name).kind, voxel, inner);
+            if (result.density->activeVoxelCount() > 0 || skeleton.size() == 1)
+                box.volume.parts.push_back(std::move(result));
         } catch (const Error& e) {
             throw Error(fmt::format("box {}: {}", primitive.name, e.what()));
         }
         part.segments = {};
         finished += share;
     }
-    if (box.volume.parts.empty()) // nothing grew: an empty volume is right, a volume without parts is none
-        box.volume.parts.push_back(rasterise({}, primitive.material, find(materials, primitive.material, primitive.name).kind, voxel));
+    if (box.volume.parts
+            .empty()) // nothing grew: an empty volume is right, a volume without parts is none
+        box.volume.parts.push_back(
+            rasterise({}, primitive.material,
+                      find(materials, primitive.material, primitive.name).kind, voxel));
     report(progress, 1);
     return box;
 }
@@ -90,7 +102,8 @@ openvdb::MetaMap boxMetadata(const Primitive& primitive, int variant)
     openvdb::MetaMap meta;
     meta.insertMeta("volcomp_box", openvdb::StringMetadata(primitive.name));
     meta.insertMeta("volcomp_variant", openvdb::Int32Metadata(variant + 1));
-    meta.insertMeta("volcomp_seed", openvdb::Int64Metadata(static_cast<std::int64_t>(primitive.seed)));
+    meta.insertMeta("volcomp_seed",
+                    openvdb::Int64Metadata(static_cast<std::int64_t>(primitive.seed)));
     meta.insertMeta("volcomp_primitive", openvdb::StringMetadata(primitive.source));
     return meta;
 }

@@ -25,30 +25,39 @@ using VectorLeaf = openvdb::Vec3STree::LeafNodeType;
 constexpr int kLeaf = 8, kLeafVoxels = 512;
 constexpr double kMaxCoverage = 0.99;
 constexpr int kMaxCoordinate = 1 << 20;
-constexpr float kLeastDepth = 1e-5f;  ///< of a voxel; less is neither seen nor does it fit half floats
-constexpr double kSpreadFrom = 0.125; ///< radius in voxels from which a round strand is more than its axis
-/// Radius in voxels from which a round strand is filled by distance; there its border's blur reaches its axis, see thickRadius().
+constexpr float kLeastDepth =
+    1e-5f; ///< of a voxel; less is neither seen nor does it fit half floats
+constexpr double kSpreadFrom =
+    0.125; ///< radius in voxels from which a round strand is more than its axis
+/// Radius in voxels from which a round strand is filled by distance; there its border's blur
+/// reaches its axis, see thickRadius().
 const double kThick = std::sqrt(1.0 / 3);
 
-/// What multiplies the coverage of a round strand of `radius` voxels. Up to an eighth nothing does. Above, a strand that crosses several voxels
-/// side by side in a ray's way would let light through as if it were several strands, each at random: -ln(1 - c) is for those.
-/// Fitted once, with thickRadius(), to exactly traced cylinders with radii of 1/4 to 4 voxels: what they block is right within 2 %,
-/// where without the two it is up to 12 % too little or too much.
+/// What multiplies the coverage of a round strand of `radius` voxels. Up to an eighth nothing does.
+/// Above, a strand that crosses several voxels side by side in a ray's way would let light through
+/// as if it were several strands, each at random: -ln(1 - c) is for those. Fitted once, with
+/// thickRadius(), to exactly traced cylinders with radii of 1/4 to 4 voxels: what they block is
+/// right within 2 %, where without the two it is up to 12 % too little or too much.
 double roundFactor(double radius) { return 1 + 0.5 * std::max(0.0, radius - kSpreadFrom); }
 
-/// The radius to fill for a strand of `radius` voxels, at least kThick. The ramp that blurs its border, one voxel wide, adds pi/12 to the
-/// area of a disc pi r^2; and rays that graze the border pass several of its voxels, the more the larger the radius, so that it looks larger than it is.
+/// The radius to fill for a strand of `radius` voxels, at least kThick. The ramp that blurs its
+/// border, one voxel wide, adds pi/12 to the area of a disc pi r^2; and rays that graze the border
+/// pass several of its voxels, the more the larger the radius, so that it looks larger than it is.
 double thickRadius(double radius)
 {
-    return std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - 0.1 - 0.13 * std::log(radius) + 0.1 * std::exp((kThick - radius) / 0.08);
+    return std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - 0.1 - 0.13 * std::log(radius)
+        + 0.1 * std::exp((kThick - radius) / 0.08);
 }
 
-/// What multiplies area / (2 h^2), the mean projected area, for a flat shape `width` voxels wide. Where it is wider than a voxel its
-/// pieces shade each other only beside it, not behind, so it takes more to block what it blocks; 2 in the limit. Fitted once to the transmittance
-/// of 3000 leaves, randomly placed and turned, traced exactly at widths of 1 to 6 voxels: error of the mean below 0.006.
+/// What multiplies area / (2 h^2), the mean projected area, for a flat shape `width` voxels wide.
+/// Where it is wider than a voxel its pieces shade each other only beside it, not behind, so it
+/// takes more to block what it blocks; 2 in the limit. Fitted once to the transmittance of 3000
+/// leaves, randomly placed and turned, traced exactly at widths of 1 to 6 voxels: error of the mean
+/// below 0.006.
 double flatFactor(double width) { return 1 + std::max(0.0, (width - 1) / (width + 6)); }
 
-/// Axis in cells: voxel (i,j,k) is the cell [i, i+1)^3, half a voxel away from OpenVDB's index space.
+/// Axis in cells: voxel (i,j,k) is the cell [i, i+1)^3, half a voxel away from OpenVDB's index
+/// space.
 struct Line {
     Vec3d a, d; ///< start, and the way to the end
 };
@@ -57,22 +66,30 @@ struct Line {
 struct Pair {
     std::uint64_t leaf;
     std::uint32_t segment;
-    bool operator<(const Pair& o) const { return leaf != o.leaf ? leaf < o.leaf : segment < o.segment; }
+    bool operator<(const Pair& o) const
+    {
+        return leaf != o.leaf ? leaf < o.leaf : segment < o.segment;
+    }
 };
 
 std::uint64_t packed(int x, int y, int z)
 {
-    const auto part = [](int v) { return static_cast<std::uint64_t>(v + (kMaxCoordinate >> 3)) & 0x1fffff; };
+    const auto part = [](int v) {
+        return static_cast<std::uint64_t>(v + (kMaxCoordinate >> 3)) & 0x1fffff;
+    };
     return part(x) << 42 | part(y) << 21 | part(z);
 }
 
 openvdb::Coord unpacked(std::uint64_t key)
 {
-    const auto part = [](std::uint64_t v) { return (static_cast<int>(v & 0x1fffff) - (kMaxCoordinate >> 3)) * kLeaf; };
+    const auto part = [](std::uint64_t v) {
+        return (static_cast<int>(v & 0x1fffff) - (kMaxCoordinate >> 3)) * kLeaf;
+    };
     return {part(key >> 42), part(key >> 21), part(key)};
 }
 
-/// Clips t to where the line is inside the slab [low, high) of each axis. False where nothing is left.
+/// Clips t to where the line is inside the slab [low, high) of each axis. False where nothing is
+/// left.
 bool clip(const Line& line, const Vec3d& low, const Vec3d& high, double& t0, double& t1)
 {
     for (int k = 0; k < 3; ++k) {
@@ -99,7 +116,8 @@ struct Cell {
 /// Fills one leaf at a time.
 class LeafFiller {
 public:
-    LeafFiller(const std::vector<Segment>& segments, MaterialKind kind, double voxel) : m_segments(segments), m_kind(kind), m_voxel(voxel)
+    LeafFiller(const std::vector<Segment>& segments, MaterialKind kind, double voxel)
+        : m_segments(segments), m_kind(kind), m_voxel(voxel)
     {
     }
 
@@ -132,14 +150,17 @@ public:
             const double t0 = thick_a ? 0 : change, t1 = thick_b ? 1 : change;
             addThick(s, {a, d}, axis, length, size_a, size_b, t0, t1);
         }
-        if (!thick_a || !thick_b) addThin(s, {a, d}, axis, length, size_a, size_b, thick_a ? change : 0, thick_b ? change : 1);
+        if (!thick_a || !thick_b)
+            addThin(s, {a, d}, axis, length, size_a, size_b, thick_a ? change : 0,
+                    thick_b ? change : 1);
     }
 
     void finishStrand()
     {
         for (int k = 0; k < m_touched; ++k) {
             Cell& cell = m_cells[m_touched_list[k]];
-            cell.depth -= static_cast<float>(std::log1p(-std::min<double>(cell.coverage, kMaxCoverage)));
+            cell.depth -=
+                static_cast<float>(std::log1p(-std::min<double>(cell.coverage, kMaxCoverage)));
             cell.coverage = 0;
         }
         m_touched = 0;
@@ -150,7 +171,8 @@ public:
 private:
     Vec3d inCells(const Vec3f& p) const { return Vec3d(p) / m_voxel + Vec3d(0.5); }
 
-    void addThin(const Segment& s, const Line& line, const Vec3d& axis, double length, double size_a, double size_b, double t0, double t1)
+    void addThin(const Segment& s, const Line& line, const Vec3d& axis, double length,
+                 double size_a, double size_b, double t0, double t1)
     {
         SymmetricTensor tensor;
         tensor.add(1, axis);
@@ -159,7 +181,8 @@ private:
                       -0.5 * tensor.xy,      -0.5 * tensor.xz,      -0.5 * tensor.yz};
         const double largest = std::max(size_a, size_b);
         // (pi/4) 2 r l in voxels, or where that is less the volume pi r^2 l
-        const double per_length = kPi / 2 * length * std::max(1.0, size_a + size_b) * roundFactor(0.5 * (size_a + size_b));
+        const double per_length = kPi / 2 * length * std::max(1.0, size_a + size_b)
+            * roundFactor(0.5 * (size_a + size_b));
         if (largest < kSpreadFrom) {
             walk(s, line, t0, t1, per_length * size_a, per_length * size_b, tensor);
             return;
@@ -172,11 +195,13 @@ private:
             const double r = std::sqrt((k + 0.5) / lines), phi = k * 2.399963229728653;
             const Vec3d offset = u * (r * std::cos(phi)) + v * (r * std::sin(phi));
             const Vec3d a = line.a + offset * size_a, b = line.a + line.d + offset * size_b;
-            walk(s, {a, b - a}, t0, t1, per_length * size_a / lines, per_length * size_b / lines, tensor);
+            walk(s, {a, b - a}, t0, t1, per_length * size_a / lines, per_length * size_b / lines,
+                 tensor);
         }
     }
 
-    void addFlat(const Segment& s, const Line& line, const Vec3d& axis, double length, double size_a, double size_b)
+    void addFlat(const Segment& s, const Line& line, const Vec3d& axis, double length,
+                 double size_a, double size_b)
     {
         const Vec3d side(s.side);
         SymmetricTensor tensor;
@@ -186,14 +211,17 @@ private:
         const double per_length = length * flatFactor(2 * largest) / lines; // area / 2, in voxels
         for (int k = 0; k < lines; ++k) {
             const double offset = (2 * k + 1.0) / lines - 1;
-            const Vec3d a = line.a + side * (offset * size_a), b = line.a + line.d + side * (offset * size_b);
+            const Vec3d a = line.a + side * (offset * size_a),
+                        b = line.a + line.d + side * (offset * size_b);
             walk(s, {a, b - a}, 0, 1, per_length * size_a, per_length * size_b, tensor);
         }
     }
 
-    /// Deposits a line whose coverage per t runs linearly from w_a to w_b, in each cell exactly its part. Planes between cells are
-    /// compared in one space for all leaves, so that two leaves share a line without gap or overlap.
-    void walk(const Segment& s, const Line& line, double t0, double t1, double w_a, double w_b, const SymmetricTensor& tensor)
+    /// Deposits a line whose coverage per t runs linearly from w_a to w_b, in each cell exactly its
+    /// part. Planes between cells are compared in one space for all leaves, so that two leaves
+    /// share a line without gap or overlap.
+    void walk(const Segment& s, const Line& line, double t0, double t1, double w_a, double w_b,
+              const SymmetricTensor& tensor)
     {
         if (!clip(line, m_low, m_low + Vec3d(kLeaf), t0, t1)) return;
         int cell[3], step[3];
@@ -204,14 +232,17 @@ private:
             int c = static_cast<int>(std::floor(p));
             if (line.d[k] < 0 && p == c) --c;
             cell[k] = std::clamp(c, 0, kLeaf - 1);
-            next[k] = line.d[k] == 0 ? HUGE_VAL : (m_low[k] + cell[k] + (step[k] > 0) - line.a[k]) / line.d[k];
+            next[k] = line.d[k] == 0 ? HUGE_VAL
+                                     : (m_low[k] + cell[k] + (step[k] > 0) - line.a[k]) / line.d[k];
         }
         for (double t = t0; t < t1;) {
-            const int k = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
+            const int k =
+                next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
             const double end = std::min(next[k], t1);
             if (end > t) {
                 const double middle = 0.5 * (t + end);
-                deposit((cell[0] << 6) | (cell[1] << 3) | cell[2], (end - t) * (w_a + (w_b - w_a) * middle), s, middle, tensor);
+                deposit((cell[0] << 6) | (cell[1] << 3) | cell[2],
+                        (end - t) * (w_a + (w_b - w_a) * middle), s, middle, tensor);
                 t = end;
             }
             if (end >= t1) break;
@@ -221,14 +252,18 @@ private:
         }
     }
 
-    void addThick(const Segment& s, const Line& line, const Vec3d& axis, double length, double size_a, double size_b, double t0, double t1)
+    void addThick(const Segment& s, const Line& line, const Vec3d& axis, double length,
+                  double size_a, double size_b, double t0, double t1)
     {
         const Vec3d p0 = line.a + line.d * t0, p1 = line.a + line.d * t1;
-        const double reach = std::max(size_a, size_b) + 0.55; // thickRadius() exceeds the radius by up to 0.02
+        const double reach =
+            std::max(size_a, size_b) + 0.55; // thickRadius() exceeds the radius by up to 0.02
         int low[3], high[3];
         for (int k = 0; k < 3; ++k) {
-            low[k] = static_cast<int>(std::clamp(std::floor(std::min(p0[k], p1[k]) - reach - m_low[k]), 0.0, 8.0));
-            high[k] = static_cast<int>(std::clamp(std::floor(std::max(p0[k], p1[k]) + reach - m_low[k]), -1.0, 7.0));
+            low[k] = static_cast<int>(
+                std::clamp(std::floor(std::min(p0[k], p1[k]) - reach - m_low[k]), 0.0, 8.0));
+            high[k] = static_cast<int>(
+                std::clamp(std::floor(std::max(p0[k], p1[k]) + reach - m_low[k]), -1.0, 7.0));
         }
         SymmetricTensor tensor;
         tensor.add(1, axis);
@@ -236,10 +271,12 @@ private:
             for (int y = low[1]; y <= high[1]; ++y)
                 for (int z = low[2]; z <= high[2]; ++z) {
                     const Vec3d p = m_low + Vec3d(x + 0.5, y + 0.5, z + 0.5);
-                    const double along = (p - line.a).dot(axis), t = std::clamp(along / length, t0, t1);
+                    const double along = (p - line.a).dot(axis),
+                                 t = std::clamp(along / length, t0, t1);
                     const Vec3d out = p - (line.a + line.d * t);
                     const double distance = out.length();
-                    // a plane cuts a cube, averaged over directions: a ramp one voxel wide has the same mean and variance
+                    // a plane cuts a cube, averaged over directions: a ramp one voxel wide has the
+                    // same mean and variance
                     const double radius = size_a + (size_b - size_a) * t;
                     double c = std::clamp(0.5 + thickRadius(radius) - distance, 0.0, 1.0);
                     if (t0 > 0) c *= std::clamp(0.5 + along - t0 * length, 0.0, 1.0);
@@ -256,14 +293,16 @@ private:
                 }
     }
 
-    void deposit(int index, double coverage, const Segment& s, double t, const SymmetricTensor& tensor)
+    void deposit(int index, double coverage, const Segment& s, double t,
+                 const SymmetricTensor& tensor)
     {
         Cell& cell = m_cells[index];
         if (cell.coverage == 0) m_touched_list[m_touched++] = static_cast<std::uint16_t>(index);
         const float c = static_cast<float>(coverage), f = static_cast<float>(t);
         cell.coverage += c;
         cell.weight += c;
-        for (int k = 0; k < 3; ++k) cell.colour[k] += c * (s.colour_a[k] + (s.colour_b[k] - s.colour_a[k]) * f);
+        for (int k = 0; k < 3; ++k)
+            cell.colour[k] += c * (s.colour_a[k] + (s.colour_b[k] - s.colour_a[k]) * f);
         cell.tensor[0] += c * static_cast<float>(tensor.xx);
         cell.tensor[1] += c * static_cast<float>(tensor.yy);
         cell.tensor[2] += c * static_cast<float>(tensor.zz);
@@ -287,9 +326,13 @@ private:
 template <class F>
 void forLeaves(const Segment& s, double voxel, F&& f)
 {
-    const Vec3d a = (Vec3d(s.a) / voxel + Vec3d(0.5)) / kLeaf, b = (Vec3d(s.b) / voxel + Vec3d(0.5)) / kLeaf;
+    const Vec3d a = (Vec3d(s.a) / voxel + Vec3d(0.5)) / kLeaf,
+                b = (Vec3d(s.b) / voxel + Vec3d(0.5)) / kLeaf;
     const double size = std::max(s.size_a, s.size_b) / voxel;
-    const double reach = (s.flat() || size >= kSpreadFrom ? size + (size >= kThick && !s.flat() ? 0.55 : 0) : 0) / kLeaf + 1e-9;
+    const double reach =
+        (s.flat() || size >= kSpreadFrom ? size + (size >= kThick && !s.flat() ? 0.55 : 0) : 0)
+            / kLeaf
+        + 1e-9;
     const Line line{a, b - a};
     int low[3], high[3];
     for (int k = 0; k < 3; ++k) {
@@ -301,7 +344,9 @@ void forLeaves(const Segment& s, double voxel, F&& f)
         for (int y = low[1]; y <= high[1]; ++y)
             for (int z = low[2]; z <= high[2]; ++z) {
                 double t0 = 0, t1 = 1 + 1e-12;
-                if (single || clip(line, Vec3d(x, y, z) - Vec3d(reach), Vec3d(x + 1, y + 1, z + 1) + Vec3d(reach), t0, t1))
+                if (single
+                    || clip(line, Vec3d(x, y, z) - Vec3d(reach),
+                            Vec3d(x + 1, y + 1, z + 1) + Vec3d(reach), t0, t1))
                     f(packed(x, y, z));
             }
 }
@@ -312,12 +357,14 @@ std::vector<Pair> findPairs(const std::vector<Segment>& segments, double voxel)
     const std::size_t chunks = (segments.size() + kChunk - 1) / kChunk;
     std::vector<std::size_t> first(chunks + 1, 0);
     const auto each = [&](auto&& work) {
-        tbb::parallel_for(std::size_t(0), chunks,
-                          [&](std::size_t chunk) { work(chunk, chunk * kChunk, std::min(segments.size(), (chunk + 1) * kChunk)); });
+        tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t chunk) {
+            work(chunk, chunk * kChunk, std::min(segments.size(), (chunk + 1) * kChunk));
+        });
     };
     each([&](std::size_t chunk, std::size_t begin, std::size_t end) {
         std::size_t count = 0;
-        for (std::size_t i = begin; i < end; ++i) forLeaves(segments[i], voxel, [&](std::uint64_t) { ++count; });
+        for (std::size_t i = begin; i < end; ++i)
+            forLeaves(segments[i], voxel, [&](std::uint64_t) { ++count; });
         first[chunk + 1] = count;
     });
     for (std::size_t c = 0; c < chunks; ++c) first[c + 1] += first[c];
@@ -325,7 +372,9 @@ std::vector<Pair> findPairs(const std::vector<Segment>& segments, double voxel)
     each([&](std::size_t chunk, std::size_t begin, std::size_t end) {
         std::size_t at = first[chunk];
         for (std::size_t i = begin; i < end; ++i)
-            forLeaves(segments[i], voxel, [&](std::uint64_t leaf) { pairs[at++] = {leaf, static_cast<std::uint32_t>(i)}; });
+            forLeaves(segments[i], voxel, [&](std::uint64_t leaf) {
+                pairs[at++] = {leaf, static_cast<std::uint32_t>(i)};
+            });
     });
     tbb::parallel_sort(pairs.begin(), pairs.end());
     return pairs;
@@ -334,20 +383,24 @@ std::vector<Pair> findPairs(const std::vector<Segment>& segments, double voxel)
 void check(const std::vector<Segment>& segments, double voxel)
 {
     if (!(voxel >= kSmallestVoxel) || !std::isfinite(voxel))
-        throw Error(
-            fmt::format("the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller things in millimetres",
-                        kSmallestVoxel, voxel));
+        throw Error(fmt::format(
+            "the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller things in millimetres",
+            kSmallestVoxel, voxel));
     double farthest = 0;
     for (const Segment& s : segments) {
-        for (int k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(double(s.a[k])), std::abs(double(s.b[k]))});
-        if (!(s.a + s.b + s.side + s.colour_a + s.colour_b).isFinite() || !std::isfinite(s.size_a + s.size_b) || s.size_a < 0
-            || s.size_b < 0)
-            throw Error(fmt::format("strand {} of a box has a position, size or colour that is not finite or is negative", s.strand));
+        for (int k = 0; k < 3; ++k)
+            farthest = std::max({farthest, std::abs(double(s.a[k])), std::abs(double(s.b[k]))});
+        if (!(s.a + s.b + s.side + s.colour_a + s.colour_b).isFinite()
+            || !std::isfinite(s.size_a + s.size_b) || s.size_a < 0 || s.size_b < 0)
+            throw Error(fmt::format(
+                "strand {} of a box has a position, size or colour that is not finite or is negative",
+                s.strand));
         farthest = std::max({farthest, double(s.size_a), double(s.size_b)});
     }
     if (farthest / voxel > kMaxCoordinate / 2)
-        throw Error(fmt::format("a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is needed", farthest,
-                                kMaxCoordinate / 2, voxel));
+        throw Error(fmt::format(
+            "a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is needed",
+            farthest, kMaxCoordinate / 2, voxel));
 }
 
 bool oneColour(const std::vector<Segment>& segments)
@@ -359,8 +412,8 @@ bool oneColour(const std::vector<Segment>& segments)
 
 } // namespace
 
-VolumePart rasterise(const std::vector<Segment>& segments, const std::string& material, MaterialKind kind, double voxel,
-                     const Progress& progress)
+VolumePart rasterise(const std::vector<Segment>& segments, const std::string& material,
+                     MaterialKind kind, double voxel, const Progress& progress)
 {
     check(segments, voxel);
     VolumePart part;
@@ -390,31 +443,39 @@ VolumePart rasterise(const std::vector<Segment>& segments, const std::string& ma
     std::vector<std::unique_ptr<VectorLeaf>> directions(leaves), colours(with_colour ? leaves : 0);
     std::atomic<std::size_t> done{0};
     std::mutex reporting;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves, 4), [&](const tbb::blocked_range<std::size_t>& range) {
-        const auto filler = std::make_unique<LeafFiller>(segments, kind, voxel);
-        for (std::size_t g = range.begin(); g < range.end(); ++g) {
-            const openvdb::Coord origin = unpacked(pairs[groups[g]].leaf);
-            filler->begin(origin);
-            for (std::size_t i = groups[g]; i < groups[g + 1]; ++i) filler->add(pairs[i].segment);
-            filler->finishStrand();
-            for (int v = 0; v < kLeafVoxels; ++v) {
-                const Cell& cell = filler->cells()[static_cast<std::size_t>(v)];
-                if (!(cell.depth > kLeastDepth)) continue;
-                if (!densities[g]) {
-                    densities[g] = std::make_unique<FloatLeaf>(origin, 0.0f, false);
-                    directions[g] = std::make_unique<VectorLeaf>(origin, Vec3f(0.0f), false);
-                    if (with_colour) colours[g] = std::make_unique<VectorLeaf>(origin, Vec3f(0.0f), false);
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, leaves, 4),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+            const auto filler = std::make_unique<LeafFiller>(segments, kind, voxel);
+            for (std::size_t g = range.begin(); g < range.end(); ++g) {
+                const openvdb::Coord origin = unpacked(pairs[groups[g]].leaf);
+                filler->begin(origin);
+                for (std::size_t i = groups[g]; i < groups[g + 1]; ++i)
+                    filler->add(pairs[i].segment);
+                filler->finishStrand();
+                for (int v = 0; v < kLeafVoxels; ++v) {
+                    const Cell& cell = filler->cells()[static_cast<std::size_t>(v)];
+                    if (!(cell.depth > kLeastDepth)) continue;
+                    if (!densities[g]) {
+                        densities[g] = std::make_unique<FloatLeaf>(origin, 0.0f, false);
+                        directions[g] = std::make_unique<VectorLeaf>(origin, Vec3f(0.0f), false);
+                        if (with_colour)
+                            colours[g] = std::make_unique<VectorLeaf>(origin, Vec3f(0.0f), false);
+                    }
+                    const auto offset = static_cast<openvdb::Index>(v);
+                    densities[g]->setValueOn(offset, static_cast<float>(cell.depth / voxel));
+                    const auto& m = cell.tensor;
+                    directions[g]->setValueOn(
+                        offset,
+                        Vec3f(principalDirection({m[0], m[1], m[2], m[3], m[4], m[5]}).stored()));
+                    if (with_colour)
+                        colours[g]->setValueOn(offset, Vec3f(cell.colour.data()) / cell.weight);
                 }
-                const auto offset = static_cast<openvdb::Index>(v);
-                densities[g]->setValueOn(offset, static_cast<float>(cell.depth / voxel));
-                const auto& m = cell.tensor;
-                directions[g]->setValueOn(offset, Vec3f(principalDirection({m[0], m[1], m[2], m[3], m[4], m[5]}).stored()));
-                if (with_colour) colours[g]->setValueOn(offset, Vec3f(cell.colour.data()) / cell.weight);
             }
-        }
-        done += range.size();
-        if (const std::unique_lock lock(reporting, std::try_to_lock); lock) report(progress, double(done) / double(leaves));
-    });
+            done += range.size();
+            if (const std::unique_lock lock(reporting, std::try_to_lock); lock)
+                report(progress, double(done) / double(leaves));
+        });
     for (std::size_t g = 0; g < leaves; ++g) {
         if (!densities[g]) continue;
         part.density->tree().addLeaf(densities[g].release());

@@ -12,12 +12,15 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
 {
     std::error_code code;
     const fs::path directory = file.has_parent_path() ? file.parent_path() : fs::path(".");
-    if (file.filename().empty() || fs::is_directory(file, code)) throw fileError(file, "", "the name of a file to write", "a directory");
+    if (file.filename().empty() || fs::is_directory(file, code))
+        throw fileError(file, "", "the name of a file to write", "a directory");
     fs::create_directories(directory, code);
     if (!fs::is_directory(directory, code))
         throw fileError(file, "", "a directory to write into", "none at " + directory.string(),
                         "It could not be made; check the path and your rights.");
-    const fs::path temporary = directory / (file.stem().string() + "." + std::to_string(::getpid()) + ".part" + file.extension().string());
+    const fs::path temporary = directory
+        / (file.stem().string() + "." + std::to_string(::getpid()) + ".part"
+           + file.extension().string());
     try {
         write(temporary);
         fs::rename(temporary, file);

@@ -2,8 +2,8 @@
 
 namespace volcomp {
 
-Error fileError(const std::filesystem::path& file, const std::string& place, const std::string& expected, const std::string& found,
-                const std::string& hint)
+Error fileError(const std::filesystem::path& file, const std::string& place,
+                const std::string& expected, const std::string& found, const std::string& hint)
 {
     std::string message = file.string() + ": ";
     if (!place.empty()) message += place + ": ";

@@ -1,7 +1,7 @@
 // The one exception type of the library.
 //
-// Every message of a failure that a user can cause names the file, the place in it, what was expected, what was found
-// and what to do. Bugs of our own are asserted, not thrown.
+// Every message of a failure that a user can cause names the file, the place in it, what was
+// expected, what was found and what to do. Bugs of our own are asserted, not thrown.
 #pragma once
 
 #include <filesystem>
@@ -15,9 +15,10 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// What went wrong with a file, in one message: "FILE: PLACE: expected EXPECTED, found FOUND. HINT".
-/// `place` and `hint` may be empty.
-Error fileError(const std::filesystem::path& file, const std::string& place, const std::string& expected, const std::string& found,
+/// What went wrong with a file, in one message: "FILE: PLACE: expected EXPECTED, found FOUND.
+/// HINT". `place` and `hint` may be empty.
+Error fileError(const std::filesystem::path& file, const std::string& place,
+                const std::string& expected, const std::string& found,
                 const std::string& hint = {});
 
 } // namespace volcomp

@@ -1,5 +1,6 @@
-// As many floats as the target's vectors hold, for the loops in which composing spends its time. Arithmetic, comparisons and choices are the compiler's
-// own (GCC and Clang); here is what they lack.
+// As many floats as the target's vectors hold, for the loops in which composing spends its time.
+// Arithmetic, comparisons and choices are the compiler's own (GCC and Clang); here is what they
+// lack.
 #pragma once
 
 #include <cstdint>
@@ -38,8 +39,10 @@ inline Lanes lanesFrom(const float* p)
 /// The second where the first is no number.
 inline Lanes max(Lanes a, float b)
 {
-#ifdef __AVX512F__ // compilers make two instructions of the choice; and GCC 12 warns where no mask is given
-    return reinterpret_cast<Lanes>(_mm512_maskz_max_ps(0xffff, reinterpret_cast<__m512>(a), _mm512_set1_ps(b)));
+#ifdef __AVX512F__ // compilers make two instructions of the choice; and GCC 12 warns where no mask
+                   // is given
+    return reinterpret_cast<Lanes>(
+        _mm512_maskz_max_ps(0xffff, reinterpret_cast<__m512>(a), _mm512_set1_ps(b)));
 #else
     return a > b ? a : Lanes{} + b;
 #endif
@@ -47,7 +50,8 @@ inline Lanes max(Lanes a, float b)
 inline Lanes min(Lanes a, float b)
 {
 #ifdef __AVX512F__
-    return reinterpret_cast<Lanes>(_mm512_maskz_min_ps(0xffff, reinterpret_cast<__m512>(a), _mm512_set1_ps(b)));
+    return reinterpret_cast<Lanes>(
+        _mm512_maskz_min_ps(0xffff, reinterpret_cast<__m512>(a), _mm512_set1_ps(b)));
 #else
     return a < b ? a : Lanes{} + b;
 #endif
@@ -70,7 +74,8 @@ inline unsigned bitsOf(IntLanes truth)
 #endif
 }
 
-/// 1 / sqrt(x) to 7e-7 of itself, for positive normal x: no division, and the same on any machine (constants: Kadlec 2010).
+/// 1 / sqrt(x) to 7e-7 of itself, for positive normal x: no division, and the same on any machine
+/// (constants: Kadlec 2010).
 inline Lanes reciprocalRoot(Lanes x)
 {
     IntLanes i;

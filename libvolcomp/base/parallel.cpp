@@ -11,8 +11,8 @@ struct ThreadLimit::Impl {
 ThreadLimit::ThreadLimit(int threads)
 {
     if (threads > 0)
-        m_impl = std::unique_ptr<Impl>(
-            new Impl{tbb::global_control(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads))});
+        m_impl = std::unique_ptr<Impl>(new Impl{tbb::global_control(
+            tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads))});
 }
 
 ThreadLimit::~ThreadLimit() = default;

@@ -1,4 +1,5 @@
-// The direction that most of a voxel's fibres (or normals) share: the largest eigenvector of the sum of w t tᵀ (MODEL section 8).
+// The direction that most of a voxel's fibres (or normals) share: the largest eigenvector of the
+// sum of w t tᵀ (MODEL section 8).
 #pragma once
 
 #include <algorithm>
@@ -8,7 +9,8 @@
 
 namespace volcomp {
 
-/// A symmetric 3x3 matrix; for directions the sum of w t tᵀ, which has no sign and eigenvalues >= 0.
+/// A symmetric 3x3 matrix; for directions the sum of w t tᵀ, which has no sign and eigenvalues >=
+/// 0.
 struct SymmetricTensor {
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
@@ -26,8 +28,9 @@ struct SymmetricTensor {
 
 /// What a voxel stores: direction * (1 - spread), see VolumePart::direction.
 struct Principal {
-    Vec3d direction{0.0}; ///< unit, its largest component positive; zero where the tensor holds nothing
-    double spread = 1;    ///< sqrt((l2 + l3) / (2 l1)), 0 to 1; 1 where the tensor holds nothing
+    Vec3d direction{
+        0.0}; ///< unit, its largest component positive; zero where the tensor holds nothing
+    double spread = 1; ///< sqrt((l2 + l3) / (2 l1)), 0 to 1; 1 where the tensor holds nothing
 
     Vec3d stored() const { return direction * (1 - spread); }
 };
@@ -44,7 +47,8 @@ inline void jacobiEigen(const SymmetricTensor& s, double values[3], Vec3d vector
             for (int q = p + 1; q < 3; ++q) {
                 if (a[p][q] == 0) continue;
                 const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-                const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+                const double t =
+                    (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
                 const double c = 1 / std::sqrt(t * t + 1), sine = t * c;
                 for (int k = 0; k < 3; ++k) {
                     const double kp = a[k][p], kq = a[k][q];
@@ -71,16 +75,18 @@ inline void jacobiEigen(const SymmetricTensor& s, double values[3], Vec3d vector
     }
 }
 
-/// The largest eigenvector of a tensor with eigenvalues >= 0, and the spread around it. Where the two largest eigenvalues are
-/// equal (to 1e-6), the vector of their plane nearest to `preferred`, if that is given and has a part in the plane.
-/// Closed form (Smith, Eigenvalues of a symmetric 3x3 matrix, CACM 1961) where the largest eigenvalue stands alone, Jacobi otherwise.
+/// The largest eigenvector of a tensor with eigenvalues >= 0, and the spread around it. Where the
+/// two largest eigenvalues are equal (to 1e-6), the vector of their plane nearest to `preferred`,
+/// if that is given and has a part in the plane. Closed form (Smith, Eigenvalues of a symmetric 3x3
+/// matrix, CACM 1961) where the largest eigenvalue stands alone, Jacobi otherwise.
 inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* preferred = nullptr)
 {
     const double scale = std::max({tensor.xx, tensor.yy, tensor.zz});
     if (!(scale > 0) || !std::isfinite(tensor.trace())) return {};
     const double f = 1 / scale;
     if (!std::isfinite(f)) return {};
-    const SymmetricTensor s{tensor.xx * f, tensor.yy * f, tensor.zz * f, tensor.xy * f, tensor.xz * f, tensor.yz * f};
+    const SymmetricTensor s{tensor.xx * f, tensor.yy * f, tensor.zz * f,
+                            tensor.xy * f, tensor.xz * f, tensor.yz * f};
     const double trace = s.trace(), q = trace / 3;
     const double x = s.xx - q, y = s.yy - q, z = s.zz - q;
     const double off = s.xy * s.xy + s.xz * s.xz + s.yz * s.yz;
@@ -89,11 +95,13 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
     Vec3d d(0.0);
     bool found = false;
     if (p > 1e-3 * q) {
-        const double determinant = x * (y * z - s.yz * s.yz) - s.xy * (s.xy * z - s.yz * s.xz) + s.xz * (s.xy * s.yz - y * s.xz);
+        const double determinant = x * (y * z - s.yz * s.yz) - s.xy * (s.xy * z - s.yz * s.xz)
+            + s.xz * (s.xy * s.yz - y * s.xz);
         const double r = determinant / (2 * p * p * p);
         if (r > -0.98) { // the two largest eigenvalues are apart
             largest = q + 2 * p * std::cos(std::acos(std::min(r, 1.0)) / 3);
-            const Vec3d r0(s.xx - largest, s.xy, s.xz), r1(s.xy, s.yy - largest, s.yz), r2(s.xz, s.yz, s.zz - largest);
+            const Vec3d r0(s.xx - largest, s.xy, s.xz), r1(s.xy, s.yy - largest, s.yz),
+                r2(s.xz, s.yz, s.zz - largest);
             const Vec3d c[3] = {r0.cross(r1), r0.cross(r2), r1.cross(r2)};
             const double n[3] = {c[0].lengthSqr(), c[1].lengthSqr(), c[2].lengthSqr()};
             const int best = n[0] >= n[1] ? (n[0] >= n[2] ? 0 : 2) : (n[1] >= n[2] ? 1 : 2);
@@ -110,12 +118,14 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
         largest = values[0];
         d = vectors[0];
         if (preferred && values[0] - values[1] <= 1e-6 * values[0]) {
-            Vec3d in_plane = values[0] - values[2] <= 1e-6 * values[0] ? *preferred : *preferred - vectors[2] * vectors[2].dot(*preferred);
+            Vec3d in_plane = values[0] - values[2] <= 1e-6 * values[0]
+                ? *preferred
+                : *preferred - vectors[2] * vectors[2].dot(*preferred);
             if (const double length = in_plane.length(); length > 1e-6) d = in_plane / length;
         }
     }
-    const int axis =
-        std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0 : 2) : (std::abs(d[1]) >= std::abs(d[2]) ? 1 : 2);
+    const int axis = std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0 : 2)
+                                                      : (std::abs(d[1]) >= std::abs(d[2]) ? 1 : 2);
     if (d[axis] < 0) d = -d;
     return {d, std::min(1.0, std::sqrt(std::max(0.0, trace - largest) / (2 * largest)))};
 }

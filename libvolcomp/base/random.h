@@ -1,8 +1,9 @@
-// Random numbers as a function of (seed, index): no state is shared, so neither threads nor order change a result.
+// Random numbers as a function of (seed, index): no state is shared, so neither threads nor order
+// change a result.
 //
-// The generator is SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014): stream k
-// of a key is the mix of key + k times the golden gamma. Distributions are our own, because the standard library's
-// differ between implementations.
+// The generator is SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators,
+// OOPSLA 2014): stream k of a key is the mix of key + k times the golden gamma. Distributions are
+// our own, because the standard library's differ between implementations.
 #pragma once
 
 #include <cmath>
@@ -20,13 +21,16 @@ constexpr std::uint64_t mix64(std::uint64_t x)
     return x ^ (x >> 31);
 }
 
-/// A key for a child stream: hashKey(hashKey(seed, layer), sample) is a stream of its own for every (seed, layer, sample).
+/// A key for a child stream: hashKey(hashKey(seed, layer), sample) is a stream of its own for every
+/// (seed, layer, sample).
 constexpr std::uint64_t hashKey(std::uint64_t key, std::uint64_t index)
 {
-    return mix64(mix64(key + 0x9e3779b97f4a7c15ULL) ^ (index * 0xd1342543de82ef95ULL + 0x2545f4914f6cdd1dULL));
+    return mix64(mix64(key + 0x9e3779b97f4a7c15ULL)
+                 ^ (index * 0xd1342543de82ef95ULL + 0x2545f4914f6cdd1dULL));
 }
 
-/// A stream of random numbers that depends on its key alone. Copying it copies its place in the stream.
+/// A stream of random numbers that depends on its key alone. Copying it copies its place in the
+/// stream.
 class Random {
 public:
     explicit constexpr Random(std::uint64_t key) : m_state(key) { }

@@ -1,4 +1,5 @@
-// Vectors are OpenVDB's: Vec3d for positions and directions, Vec3f for stored colours and directions.
+// Vectors are OpenVDB's: Vec3d for positions and directions, Vec3f for stored colours and
+// directions.
 #pragma once
 
 #include <openvdb/math/Vec3.h>

@@ -1,4 +1,5 @@
-// Enumerations as words: one table serves the scene file, the programs' options and what they write.
+// Enumerations as words: one table serves the scene file, the programs' options and what they
+// write.
 #pragma once
 
 #include <cstddef>

@@ -54,7 +54,9 @@ std::uint64_t spread(std::uint64_t v)
 /// The coordinates bit by bit in turn: sorted by it, neighbours stay together (Morton 1966).
 std::uint64_t mortonKey(std::int32_t x, std::int32_t y, std::int32_t z)
 {
-    const auto biased = [](std::int32_t v) { return spread(std::uint64_t(std::int64_t(v) + (1 << 20))); };
+    const auto biased = [](std::int32_t v) {
+        return spread(std::uint64_t(std::int64_t(v) + (1 << 20)));
+    };
     return biased(x) << 2 | biased(y) << 1 | biased(z);
 }
 
@@ -71,7 +73,8 @@ void setBounds(SourcePart& s)
 {
     const std::size_t count = s.voxels.size();
     if (count == 0) return;
-    constexpr auto kRun = static_cast<std::size_t>(SourcePart::kRun), kTogether = static_cast<std::size_t>(BoundsList::kTogether);
+    constexpr auto kRun = static_cast<std::size_t>(SourcePart::kRun),
+                   kTogether = static_cast<std::size_t>(BoundsList::kTogether);
     std::vector<SourceBounds> members;
     for (std::size_t begin = 0; begin < count; begin += kRun) {
         Vec3f low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
@@ -82,7 +85,8 @@ void setBounds(SourcePart& s)
         }
         members.push_back({(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f)});
     }
-    for (std::vector<float>* c : {&s.x, &s.y, &s.z}) c->resize((count + kRun - 1) / kRun * kRun, 1e30f);
+    for (std::vector<float>* c : {&s.x, &s.y, &s.z})
+        c->resize((count + kRun - 1) / kRun * kRun, 1e30f);
     s.bounds_of.clear();
     while (true) {
         BoundsList& list = s.bounds_of.emplace_back();
@@ -113,8 +117,11 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     s.voxel = part.density->voxelSize()[0];
     const openvdb::Vec3d origin = part.density->transform().indexToWorld(openvdb::Vec3d(0.0));
     const openvdb::Vec3d one = part.density->transform().indexToWorld(openvdb::Vec3d(1.0)) - origin;
-    if (!(s.voxel > 0) || (one - openvdb::Vec3d(s.voxel)).length() > 1e-6 * s.voxel || origin.length() > 1e-6 * s.voxel)
-        throw Error(place + "expected cubic voxels whose (0,0,0) lies at the origin, found another transform");
+    if (!(s.voxel > 0) || (one - openvdb::Vec3d(s.voxel)).length() > 1e-6 * s.voxel
+        || origin.length() > 1e-6 * s.voxel)
+        throw Error(
+            place
+            + "expected cubic voxels whose (0,0,0) lies at the origin, found another transform");
 
     openvdb::FloatGrid::ConstPtr density = part.density;
     if (density->tree().hasActiveTiles()) {
@@ -131,7 +138,8 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
         const openvdb::Coord c = leaf->origin();
         leaves.emplace_back(mortonKey(c[0] >> 3, c[1] >> 3, c[2] >> 3), leaf.getLeaf());
     }
-    std::stable_sort(leaves.begin(), leaves.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::stable_sort(leaves.begin(), leaves.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
     std::array<openvdb::Index, Leaf::SIZE> order; // of a leaf's voxels
     for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
         const openvdb::Coord c = Leaf::offsetToLocalCoord(i);
@@ -141,7 +149,9 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
         for (const openvdb::Index i : order) {
             if (!leaf->isValueOn(i)) continue;
             const float rho = leaf->getValue(i);
-            if (!std::isfinite(rho) || rho < 0) throw Error(place + "expected densities that are finite and not negative, found others");
+            if (!std::isfinite(rho) || rho < 0)
+                throw Error(place
+                            + "expected densities that are finite and not negative, found others");
             if (rho == 0) continue;
             const openvdb::Coord c = leaf->offsetToGlobalCoord(i);
             SourceVoxel v;
@@ -150,7 +160,8 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
             const openvdb::Vec3s rgb = colour ? colour->getValue(c) : s.colour;
             for (int a = 0; a < 3; ++a) {
                 v.colour[a] = rho * rgb[a];
-                if (!std::isfinite(v.colour[a] + v.v[a])) throw Error(place + "expected finite colours and directions, found others");
+                if (!std::isfinite(v.colour[a] + v.v[a]))
+                    throw Error(place + "expected finite colours and directions, found others");
             }
             append(s, float(c[0]), float(c[1]), float(c[2]), v);
         }
@@ -171,13 +182,16 @@ SourcePart coarsen(const SourcePart& part)
     };
     std::vector<Cell> cells;
     for (std::uint32_t k = 0; k < part.voxels.size(); ++k) {
-        const auto half = [&](float x) { return static_cast<std::int32_t>(std::floor(double(x) / 2 + part.shift / 2)); };
+        const auto half = [&](float x) {
+            return static_cast<std::int32_t>(std::floor(double(x) / 2 + part.shift / 2));
+        };
         const std::int32_t x = half(part.x[k]), y = half(part.y[k]), z = half(part.z[k]);
         cells.push_back({mortonKey(x, y, z), x, y, z, k});
     }
     const auto placeOf = [](const Cell& c) { return std::array<std::int32_t, 3>{c.x, c.y, c.z}; };
     std::sort(cells.begin(), cells.end(), [&](const Cell& a, const Cell& b) {
-        return std::make_tuple(a.key, placeOf(a), a.voxel) < std::make_tuple(b.key, placeOf(b), b.voxel);
+        return std::make_tuple(a.key, placeOf(a), a.voxel)
+            < std::make_tuple(b.key, placeOf(b), b.voxel);
     });
     s.shift = part.shift / 2;
     for (std::size_t i = 0; i < cells.size();) {
@@ -195,7 +209,8 @@ SourcePart coarsen(const SourcePart& part)
             for (int c = 0; c < 3; ++c) v.colour[c] += from.colour[c] / 8;
         }
         setDirection(v, Vec3f(principalDirection(tensor).stored()));
-        append(s, float(moment[0] / v.density), float(moment[1] / v.density), float(moment[2] / v.density), v);
+        append(s, float(moment[0] / v.density), float(moment[1] / v.density),
+               float(moment[2] / v.density), v);
         i = end;
     }
     setBounds(s);

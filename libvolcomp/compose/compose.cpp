@@ -16,22 +16,30 @@
 namespace volcomp {
 namespace {
 
-void check(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params)
+void check(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+           const ComposeParams& params)
 {
     params.validate();
     if (!(params.voxel > 0)) throw Error("compose: expected a voxel size > 0");
     for (const Placement& p : placements) {
         if (p.box < 0 || static_cast<std::size_t>(p.box) >= boxes.size())
-            throw Error(fmt::format("compose: expected a box from 0 to {}, found {}", boxes.size() - 1, p.box));
-        if (!(p.scale > 0 && std::isfinite(p.scale) && std::isfinite(p.position.lengthSqr()) && std::isfinite(p.tint.lengthSqr())))
-            throw Error("compose: expected placements with finite positions and tints and a scale > 0");
+            throw Error(fmt::format("compose: expected a box from 0 to {}, found {}",
+                                    boxes.size() - 1, p.box));
+        if (!(p.scale > 0 && std::isfinite(p.scale) && std::isfinite(p.position.lengthSqr())
+              && std::isfinite(p.tint.lengthSqr())))
+            throw Error(
+                "compose: expected placements with finite positions and tints and a scale > 0");
         for (const Vec3f* axis : {&p.x_axis, &p.y_axis, &p.z_axis})
-            if (!(std::abs(axis->lengthSqr() - 1) < 1e-3f)) throw Error("compose: expected placements with axes of unit length");
+            if (!(std::abs(axis->lengthSqr() - 1) < 1e-3f))
+                throw Error("compose: expected placements with axes of unit length");
     }
 }
 
 /// Place of a block among the leaves of its tree's node of 128^3 voxels.
-int placeInNode(const openvdb::Coord& origin) { return (origin[0] >> 3 & 15) << 8 | (origin[1] >> 3 & 15) << 4 | (origin[2] >> 3 & 15); }
+int placeInNode(const openvdb::Coord& origin)
+{
+    return (origin[0] >> 3 & 15) << 8 | (origin[1] >> 3 & 15) << 4 | (origin[2] >> 3 & 15);
+}
 
 /// A tile's blocks, at most eight.
 struct TileBlocks {
@@ -56,8 +64,11 @@ std::vector<PackedBlock> inOrder(const Composer& composer, const std::vector<Til
     tbb::parallel_for(std::size_t(0), first_block.size(), [&](std::size_t n) {
         const auto begin = blocks.begin() + static_cast<std::ptrdiff_t>(first_block[n]);
         auto to = begin;
-        for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t) to = std::copy_n(tiles[t].first, tiles[t].count, to);
-        std::sort(begin, to, [](const PackedBlock& a, const PackedBlock& b) { return placeInNode(a.origin) < placeInNode(b.origin); });
+        for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t)
+            to = std::copy_n(tiles[t].first, tiles[t].count, to);
+        std::sort(begin, to, [](const PackedBlock& a, const PackedBlock& b) {
+            return placeInNode(a.origin) < placeInNode(b.origin);
+        });
     });
     return blocks;
 }
@@ -77,7 +88,8 @@ PackedPart composePart(const Composer& composer, const Progress& progress)
         Worker& worker = workers.local();
         worker.blocks.clear();
         composer.compose(t, worker.sums, worker.store, worker.blocks);
-        tiles[t] = {reinterpret_cast<PackedBlock*>(worker.lists.allocate(worker.blocks.size() * sizeof(PackedBlock))),
+        tiles[t] = {reinterpret_cast<PackedBlock*>(
+                        worker.lists.allocate(worker.blocks.size() * sizeof(PackedBlock))),
                     worker.blocks.size()};
         std::uninitialized_copy(worker.blocks.begin(), worker.blocks.end(), tiles[t].first);
         if (++done % 64 == 0 && mutex.try_lock()) {
@@ -92,21 +104,27 @@ PackedPart composePart(const Composer& composer, const Progress& progress)
 }
 
 /// About how many pairs of a tile and a placement or triangle there are.
-double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel)
+double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+               const ComposeExtras& extras, double voxel)
 {
     std::vector<Vec3d> extents;
     for (const Box& box : boxes) {
         double longest = 0;
         for (const VolumePart& part : box.volume.parts) {
             const openvdb::CoordBBox bounds = part.density->evalActiveVoxelBoundingBox();
-            if (!bounds.empty()) longest = std::max(longest, bounds.dim().asVec3d().length() * part.density->voxelSize()[0]);
+            if (!bounds.empty())
+                longest = std::max(longest,
+                                   bounds.dim().asVec3d().length() * part.density->voxelSize()[0]);
         }
         extents.emplace_back(longest);
     }
     const double tile = voxel * TileAccumulator::kSize;
     double pairs = 0;
-    for (const Placement& p : placements) pairs += std::pow(extents[p.box][0] * p.scale / tile + 1, 3);
-    for (const Skin& skin : extras.skins) pairs += double(skin.surface().mesh().triangles.size()) + skin.surface().area() / (tile * tile);
+    for (const Placement& p : placements)
+        pairs += std::pow(extents[p.box][0] * p.scale / tile + 1, 3);
+    for (const Skin& skin : extras.skins)
+        pairs +=
+            double(skin.surface().mesh().triangles.size()) + skin.surface().area() / (tile * tile);
     return pairs;
 }
 
@@ -120,12 +138,14 @@ void estimatePart(const Composer& composer, ComposeEstimate& e)
     std::vector<double> end(tiles);
     double sum = 0;
     for (std::size_t t = 0; t < tiles; ++t)
-        end[t] = sum += tiles == sample ? 1 : 4 + double(std::min<std::size_t>(composer.sourceCount(t), 1000));
+        end[t] = sum +=
+            tiles == sample ? 1 : 4 + double(std::min<std::size_t>(composer.sourceCount(t), 1000));
     TileAccumulator sums;
     double voxels = 0, blocks = 0;
     for (std::size_t k = 0; k < sample; ++k) {
-        const auto t =
-            static_cast<std::size_t>(std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * sum / double(sample)) - end.begin());
+        const auto t = static_cast<std::size_t>(
+            std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * sum / double(sample))
+            - end.begin());
         VoxelStore store;
         std::vector<PackedBlock> found;
         composer.compose(t, sums, store, found);
@@ -135,35 +155,40 @@ void estimatePart(const Composer& composer, ComposeEstimate& e)
     }
     const PackedPart part = composer.emptyPart();
     e.voxels += voxels;
-    e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour)) + blocks * 2 * sizeof(PackedBlock)
-        + double(composer.bytes());
+    e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour))
+        + blocks * 2 * sizeof(PackedBlock) + double(composer.bytes());
 }
 
 } // namespace
 
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params,
-                     const Progress& progress)
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+                     const ComposeParams& params, const Progress& progress)
 {
     return compose(boxes, placements, ComposeExtras{}, params, progress);
 }
 
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
-                     const ComposeParams& params, const Progress& progress)
+PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+                     const ComposeExtras& extras, const ComposeParams& params,
+                     const Progress& progress)
 {
     check(boxes, placements, params);
     const BoxSources sources = packBoxes(boxes, placements, extras, params.voxel);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
     for (std::size_t m = 0; m < sources.materials.size(); ++m)
-        volume.parts.push_back(composePart(Composer(sources.boxes, placements, extras, params, sources.materials[m]),
-                                           [&](double f) { report(progress, (double(m) + f) / double(sources.materials.size())); }));
+        volume.parts.push_back(
+            composePart(Composer(sources.boxes, placements, extras, params, sources.materials[m]),
+                        [&](double f) {
+                            report(progress, (double(m) + f) / double(sources.materials.size()));
+                        }));
     if (volume.parts.empty()) volume.parts.emplace_back();
     report(progress, 1);
     return volume;
 }
 
-ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
-                                const ComposeParams& params)
+ComposeEstimate estimateCompose(const std::vector<Box>& boxes,
+                                const std::vector<Placement>& placements,
+                                const ComposeExtras& extras, const ComposeParams& params)
 {
     check(boxes, placements, params);
     ComposeParams coarse = params;
@@ -174,7 +199,8 @@ ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const std::vector
     }
     const BoxSources sources = packBoxes(boxes, placements, extras, coarse.voxel);
     ComposeEstimate e;
-    for (const std::string& material : sources.materials) estimatePart(Composer(sources.boxes, placements, extras, coarse, material), e);
+    for (const std::string& material : sources.materials)
+        estimatePart(Composer(sources.boxes, placements, extras, coarse, material), e);
     e.voxels *= factor;
     e.bytes *= factor;
     e.bytes += double(placements.size()) * sizeof(Placement);

@@ -1,4 +1,5 @@
-// One part of a box at its place among the voxels of a composite: which tiles it reaches, and what it adds to one.
+// One part of a box at its place among the voxels of a composite: which tiles it reaches, and what
+// it adds to one.
 #pragma once
 
 #include <functional>
@@ -16,12 +17,14 @@ public:
     /// `voxel`: edge of the target's. The part must outlive this.
     PlacedBox(const Placement& placement, const SourcePart& part, double voxel);
 
-    /// Calls `visit` with the coordinates (first voxel / kSize) of every tile that the box may reach into. Throws Error beyond 2^24 voxels.
+    /// Calls `visit` with the coordinates (first voxel / kSize) of every tile that the box may
+    /// reach into. Throws Error beyond 2^24 voxels.
     void forTiles(const std::function<void(const openvdb::Coord&)>& visit) const;
 
-    /// Adds what falls into the tile whose first voxel is `tile_origin`. `tint` may be null. `weight`, close to 1, is what the directions count
-    /// beside those of other placements.
-    void add(const openvdb::Coord& tile_origin, float weight, const VoxelTint* tint, TileAccumulator& tile) const;
+    /// Adds what falls into the tile whose first voxel is `tile_origin`. `tint` may be null.
+    /// `weight`, close to 1, is what the directions count beside those of other placements.
+    void add(const openvdb::Coord& tile_origin, float weight, const VoxelTint* tint,
+             TileAccumulator& tile) const;
 
 private:
     struct InTile;
@@ -37,10 +40,13 @@ private:
     Vec3d m_root;
     int m_divisions; ///< of a voxel, along an edge
     float m_width;   ///< edge of the cube that is added for each voxel (or each part of it)
-    float m_density; ///< factor from the box's density to the density added where the cube covers a voxel fully
+    float m_density; ///< factor from the box's density to the density added where the cube covers a
+                     ///< voxel fully
 };
 
-/// Calls `visit` for the tiles that a box reaches. `what` names it in the Error for a place beyond 2^24 voxels.
-void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what, const std::function<void(const openvdb::Coord&)>& visit);
+/// Calls `visit` for the tiles that a box reaches. `what` names it in the Error for a place beyond
+/// 2^24 voxels.
+void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what,
+                     const std::function<void(const openvdb::Coord&)>& visit);
 
 } // namespace volcomp

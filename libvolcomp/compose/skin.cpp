@@ -15,20 +15,27 @@ struct Corner {
     double b1, b2;
 };
 
-Corner middle(const Corner& a, const Corner& b) { return {(a.p + b.p) * 0.5, (a.b1 + b.b1) / 2, (a.b2 + b.b2) / 2}; }
+Corner middle(const Corner& a, const Corner& b)
+{
+    return {(a.p + b.p) * 0.5, (a.b1 + b.b1) / 2, (a.b2 + b.b2) / 2};
+}
 
-/// Halves the triangle at its longest side until no side is longer than kSpacing; parts away from the tile are dropped.
+/// Halves the triangle at its longest side until no side is longer than kSpacing; parts away from
+/// the tile are dropped.
 template <class Emit>
 void divide(const Corner& a, const Corner& b, const Corner& c, double share, const Emit& emit)
 {
     for (int i = 0; i < 3; ++i) {
-        const double low = std::min({a.p[i], b.p[i], c.p[i]}), high = std::max({a.p[i], b.p[i], c.p[i]});
+        const double low = std::min({a.p[i], b.p[i], c.p[i]}),
+                     high = std::max({a.p[i], b.p[i], c.p[i]});
         if (high < -2 || low > TileAccumulator::kSize + 2) return;
     }
-    const double ab = (a.p - b.p).lengthSqr(), bc = (b.p - c.p).lengthSqr(), ca = (c.p - a.p).lengthSqr();
+    const double ab = (a.p - b.p).lengthSqr(), bc = (b.p - c.p).lengthSqr(),
+                 ca = (c.p - a.p).lengthSqr();
     const double longest = std::max({ab, bc, ca});
     if (longest <= kSpacing * kSpacing) {
-        emit(Corner{(a.p + b.p + c.p) / 3, (a.b1 + b.b1 + c.b1) / 3, (a.b2 + b.b2 + c.b2) / 3}, share);
+        emit(Corner{(a.p + b.p + c.p) / 3, (a.b1 + b.b1 + c.b1) / 3, (a.b2 + b.b2 + c.b2) / 3},
+             share);
         return;
     }
     if (longest == ab) {
@@ -45,7 +52,8 @@ void divide(const Corner& a, const Corner& b, const Corner& c, double share, con
 
 } // namespace
 
-Skin::Skin(const Surface& surface, const SkinSpec& spec) : m_surface(&surface), m_spec(spec), m_colour(spec.maps, true)
+Skin::Skin(const Surface& surface, const SkinSpec& spec)
+    : m_surface(&surface), m_spec(spec), m_colour(spec.maps, true)
 {
     if (m_colour.usesUv() && !surface.hasUv())
         throw Error(
@@ -73,14 +81,17 @@ void Skin::bounds(std::int32_t triangle, double voxel, Vec3d& low, Vec3d& high) 
     high += Vec3d(margin);
 }
 
-void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin, TileAccumulator& tile) const
+void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin,
+               TileAccumulator& tile) const
 {
     const auto& corners = m_surface->mesh().triangles[triangle];
-    const Vec3d first(origin[0] - 0.5, origin[1] - 0.5, origin[2] - 0.5); // a voxel's cube reaches half a voxel around its centre
+    const Vec3d first(origin[0] - 0.5, origin[1] - 0.5,
+                      origin[2] - 0.5); // a voxel's cube reaches half a voxel around its centre
     Corner c[3];
     for (int i = 0; i < 3; ++i) {
         Vec3d p = m_surface->mesh().points[corners[i]];
-        if (m_spec.depth != 0) p -= m_surface->at(triangle, i == 1, i == 2).normal * (m_spec.depth * voxel);
+        if (m_spec.depth != 0)
+            p -= m_surface->at(triangle, i == 1, i == 2).normal * (m_spec.depth * voxel);
         c[i] = {p / voxel - first, double(i == 1), double(i == 2)};
     }
     const double area = (c[1].p - c[0].p).cross(c[2].p - c[0].p).length() / 2; // voxels

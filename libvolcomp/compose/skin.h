@@ -1,4 +1,5 @@
-// The surface itself as an opaque thin shell of voxels with normals, so that nobody sees through the fur.
+// The surface itself as an opaque thin shell of voxels with normals, so that nobody sees through
+// the fur.
 #pragma once
 
 #include <memory>
@@ -23,9 +24,11 @@ public:
     /// Bounds of a triangle's voxels, in voxels of edge `voxel`.
     void bounds(std::int32_t triangle, double voxel, Vec3d& low, Vec3d& high) const;
 
-    /// Adds one triangle: points on it, closer than the voxels, each with its part of the area as a cube of one voxel. The optical depth along the normal
-    /// is -ln(transmittance) whatever the voxel. What falls outside of the tile is left out.
-    void add(std::int32_t triangle, double voxel, const openvdb::Coord& tile_origin, TileAccumulator& tile) const;
+    /// Adds one triangle: points on it, closer than the voxels, each with its part of the area as a
+    /// cube of one voxel. The optical depth along the normal is -ln(transmittance) whatever the
+    /// voxel. What falls outside of the tile is left out.
+    void add(std::int32_t triangle, double voxel, const openvdb::Coord& tile_origin,
+             TileAccumulator& tile) const;
 
 private:
     const Surface* m_surface;

@@ -1,4 +1,5 @@
-// Sums density, directions and colour over 16^3 voxels: the working memory of compose(), one for each thread.
+// Sums density, directions and colour over 16^3 voxels: the working memory of compose(), one for
+// each thread.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,8 @@ namespace volcomp {
 
 /// What is added to a voxel, and what a voxel has: a cache line.
 struct alignas(64) VoxelSum {
-    float diagonal[3] = {0, 0, 0}; ///< xx, yy, zz of the sum of w t tᵀ; the trace is about the density
+    float diagonal[3] = {0, 0,
+                         0}; ///< xx, yy, zz of the sum of w t tᵀ; the trace is about the density
     float unused = 0;
     float mixed[3] = {0, 0, 0}; ///< xy, yz, zx
     float unused_too = 0;
@@ -26,9 +28,9 @@ static_assert(sizeof(VoxelSum) == 64);
 class TileAccumulator {
 public:
     static constexpr int kLog2 = 4,
-                         kSize = 1
-        << kLog2;                     ///< voxels along an edge; with 5 the cells (3 MB) leave the second cache: adding took 1.8 x as long
-    static constexpr int kBatch = 64; ///< voxels that are added at a time, at most
+                         kSize = 1 << kLog2; ///< voxels along an edge; with 5 the cells (3 MB)
+                                             ///< leave the second cache: adding took 1.8 x as long
+    static constexpr int kBatch = 64;        ///< voxels that are added at a time, at most
 
     TileAccumulator();
     ~TileAccumulator();
@@ -42,21 +44,24 @@ public:
     /// What the next add() adds.
     Batch& batch() { return *m_batch; }
 
-    /// Adds the cubes [low, low + width]³ of the first `count` of the batch, each times its overlap with a cell in cells. Every cube must
-    /// reach into the tile; what it has outside belongs to the neighbour and is left out. 0 < width <= 2.
+    /// Adds the cubes [low, low + width]³ of the first `count` of the batch, each times its overlap
+    /// with a cell in cells. Every cube must reach into the tile; what it has outside belongs to
+    /// the neighbour and is left out. 0 < width <= 2.
     void add(int count, float width);
 
     /// Whether a cube reaches into the tile along one axis.
     static bool reaches(float low, float width) { return low + width > 0 && low < kSize; }
 
-    /// Appends blocks of all voxels whose density is above `minimum` (and above 0), with directions and colours if asked for, and clears the sums.
-    /// `origin`: the tile's first voxel.
-    void finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour, VoxelStore& store,
-                std::vector<PackedBlock>& blocks);
+    /// Appends blocks of all voxels whose density is above `minimum` (and above 0), with directions
+    /// and colours if asked for, and clears the sums. `origin`: the tile's first voxel.
+    void finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour,
+                VoxelStore& store, std::vector<PackedBlock>& blocks);
 
 private:
-    /// Cells of a cube that starts in the tile or reaches into it may lie this far outside; they are summed and never looked at.
-    static constexpr int kMargin = 2, kAcross = kSize + 2 * kMargin, kCells = kAcross * kAcross * kAcross;
+    /// Cells of a cube that starts in the tile or reaches into it may lie this far outside; they
+    /// are summed and never looked at.
+    static constexpr int kMargin = 2, kAcross = kSize + 2 * kMargin,
+                         kCells = kAcross * kAcross * kAcross;
 
     struct Shares;
     struct Channels;

@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kTile = TileAccumulator::kSize;
 
-/// Level of the pyramid for a box placed so that its voxel is `step` voxels of the target: the coarsest whose voxel is not larger than the target's.
+/// Level of the pyramid for a box placed so that its voxel is `step` voxels of the target: the
+/// coarsest whose voxel is not larger than the target's.
 int levelFor(double step)
 {
     int level = 0;
@@ -20,16 +21,20 @@ int levelFor(double step)
     return level;
 }
 
-// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node in it, tile in the node.
+// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node
+// in it, tile in the node.
 constexpr int kInNode = 7 - TileAccumulator::kLog2,
-              kInRoot = 5 + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
+              kInRoot = 5
+    + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
 constexpr int kRootBits = 13, kRootBias = 1 << (kRootBits - 1);
-static_assert(3 * (kRootBits + kInRoot) <= 64 && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
+static_assert(3 * (kRootBits + kInRoot) <= 64
+              && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
 
 std::uint64_t tileKey(const openvdb::Coord& t)
 {
     std::uint64_t key = 0;
-    for (int i = 0; i < 3; ++i) key = key << kRootBits | std::uint64_t((t[i] >> kInRoot) + kRootBias);
+    for (int i = 0; i < 3; ++i)
+        key = key << kRootBits | std::uint64_t((t[i] >> kInRoot) + kRootBias);
     for (int i = 0; i < 3; ++i) key = key << 5 | std::uint64_t(t[i] >> kInNode & 31);
     for (int i = 0; i < 3; ++i) key = key << kInNode | std::uint64_t(t[i] & ((1 << kInNode) - 1));
     return key;
@@ -37,17 +42,22 @@ std::uint64_t tileKey(const openvdb::Coord& t)
 
 openvdb::Coord tileOrigin(std::uint64_t key)
 {
-    const auto bits = [&](int from, int count) { return static_cast<int>(key >> from & ((1 << count) - 1)); };
+    const auto bits = [&](int from, int count) {
+        return static_cast<int>(key >> from & ((1 << count) - 1));
+    };
     openvdb::Coord t;
     for (int i = 0; i < 3; ++i)
-        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32 + bits(3 * kInNode + (2 - i) * 5, 5)) * (1 << kInNode)
+        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32
+                + bits(3 * kInNode + (2 - i) * 5, 5))
+                * (1 << kInNode)
             + bits((2 - i) * kInNode, kInNode);
     return {t[0] * kTile, t[1] * kTile, t[2] * kTile};
 }
 
 } // namespace
 
-BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel)
+BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+                     const ComposeExtras& extras, double voxel)
 {
     std::vector<float> smallest(boxes.size(), 0); // scale of the box's placements; 0: none
     for (const Placement& p : placements)
@@ -55,14 +65,17 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>
     BoxSources packed;
     packed.boxes.resize(boxes.size());
     const auto use = [&](const std::string& m) {
-        if (std::find(packed.materials.begin(), packed.materials.end(), m) == packed.materials.end()) packed.materials.push_back(m);
+        if (std::find(packed.materials.begin(), packed.materials.end(), m)
+            == packed.materials.end())
+            packed.materials.push_back(m);
     };
     for (std::size_t b = 0; b < boxes.size(); ++b)
         if (smallest[b] > 0)
             for (const VolumePart& part : boxes[b].volume.parts) {
                 packed.boxes[b].push_back({packPart(part, boxes[b].name)});
                 Pyramid& levels = packed.boxes[b].back();
-                for (int n = levelFor(levels[0].voxel * smallest[b] / voxel); n > 0 && levels.back().voxels.size() > 1; --n)
+                for (int n = levelFor(levels[0].voxel * smallest[b] / voxel);
+                     n > 0 && levels.back().voxels.size() > 1; --n)
                     levels.push_back(coarsen(levels.back()));
                 use(part.material);
             }
@@ -70,9 +83,10 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>
     return packed;
 }
 
-Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
-                   const ComposeParams& params, std::string material)
-    : m_boxes(boxes), m_placements(placements), m_extras(extras), m_params(params), m_material(std::move(material))
+Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements,
+                   const ComposeExtras& extras, const ComposeParams& params, std::string material)
+    : m_boxes(boxes), m_placements(placements), m_extras(extras), m_params(params),
+      m_material(std::move(material))
 {
     findColours();
     findTiles();
@@ -89,7 +103,8 @@ PackedPart Composer::emptyPart() const
     return part;
 }
 
-void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store, std::vector<PackedBlock>& blocks) const
+void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store,
+                       std::vector<PackedBlock>& blocks) const
 {
     const std::size_t first = m_first[tile], end = m_first[tile + 1];
     const openvdb::Coord origin = tileOrigin(m_entries[first].tile);
@@ -97,7 +112,8 @@ void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& stor
         std::uint64_t source = m_entries[i].source;
         if (source < m_placements.size()) {
             const Placement& p = m_placements[source];
-            // Where directions are equally strong the earlier placement's wins (MODEL section 8): it counts for up to 1/4096 more, less than a half float shows.
+            // Where directions are equally strong the earlier placement's wins (MODEL section 8):
+            // it counts for up to 1/4096 more, less than a half float shows.
             const float weight = 1 + float(end - i) / float(end - first) / 4096;
             PlacedBox(p, *partOf(p), m_params.voxel).add(origin, weight, tintOf(p), sums);
             continue;
@@ -112,7 +128,8 @@ void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& stor
             source -= triangles;
         }
     }
-    sums.finish(origin, static_cast<float>(m_params.minimum_density), m_direction, m_colour, store, blocks);
+    sums.finish(origin, static_cast<float>(m_params.minimum_density), m_direction, m_colour, store,
+                blocks);
 }
 
 const SourcePart* Composer::partOf(const Placement& p) const
@@ -146,7 +163,9 @@ void Composer::findColours()
             m_direction = m_direction || part->has_direction;
             m_kind = part->kind;
             if (part->has_colour || tintOf(p)) m_colour = true;
-            else see(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1], part->colour[2] * p.tint[2]));
+            else
+                see(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
+                          part->colour[2] * p.tint[2]));
         }
     for (const Skin& skin : m_extras.skins)
         if (skin.material() == m_material) {
@@ -166,9 +185,10 @@ void Composer::findTiles()
     tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) {
         for (std::size_t i = c * kChunk; i < std::min(m_placements.size(), (c + 1) * kChunk); ++i)
             if (const SourcePart* part = partOf(m_placements[i]))
-                PlacedBox(m_placements[i], *part, m_params.voxel).forTiles([&](const openvdb::Coord& tile) {
-                    lists[c].push_back({tileKey(tile), i});
-                });
+                PlacedBox(m_placements[i], *part, m_params.voxel)
+                    .forTiles([&](const openvdb::Coord& tile) {
+                        lists[c].push_back({tileKey(tile), i});
+                    });
     });
     std::uint64_t source = m_placements.size();
     for (std::size_t s = 0; s < m_extras.skins.size(); ++s) {

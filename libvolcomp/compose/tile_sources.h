@@ -1,4 +1,5 @@
-// The sources of one material, sorted by the tiles that they reach: what compose() and its estimate work through.
+// The sources of one material, sorted by the tiles that they reach: what compose() and its estimate
+// work through.
 #pragma once
 
 #include <optional>
@@ -20,32 +21,44 @@ struct BoxSources {
     std::vector<Pyramids> boxes;
     std::vector<std::string> materials;
 };
-BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras, double voxel);
+BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+                     const ComposeExtras& extras, double voxel);
 
 /// All arguments must outlive it.
 class Composer {
 public:
-    Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements, const ComposeExtras& extras,
-             const ComposeParams& params, std::string material);
+    Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements,
+             const ComposeExtras& extras, const ComposeParams& params, std::string material);
 
     /// A part without voxels, of the right kind and grids.
     PackedPart emptyPart() const;
 
-    /// Tiles in the order of an OpenVDB tree's nodes of 128^3 voxels; those of one node follow each other.
+    /// Tiles in the order of an OpenVDB tree's nodes of 128^3 voxels; those of one node follow each
+    /// other.
     std::size_t tileCount() const { return m_first.size() - 1; }
-    std::uint64_t node(std::size_t tile) const { return m_entries[m_first[tile]].tile >> 3 * (7 - TileAccumulator::kLog2); }
+    std::uint64_t node(std::size_t tile) const
+    {
+        return m_entries[m_first[tile]].tile >> 3 * (7 - TileAccumulator::kLog2);
+    }
     std::size_t sourceCount(std::size_t tile) const { return m_first[tile + 1] - m_first[tile]; }
 
     /// Sums the tile's sources, and appends its blocks.
-    void compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store, std::vector<PackedBlock>& blocks) const;
+    void compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store,
+                 std::vector<PackedBlock>& blocks) const;
 
-    std::size_t bytes() const { return m_entries.capacity() * sizeof(Entry) + m_first.capacity() * sizeof(std::size_t); }
+    std::size_t bytes() const
+    {
+        return m_entries.capacity() * sizeof(Entry) + m_first.capacity() * sizeof(std::size_t);
+    }
 
 private:
     /// A source of one tile: a placement, or behind them a skin's triangle.
     struct Entry {
         std::uint64_t tile, source;
-        bool operator<(const Entry& other) const { return tile != other.tile ? tile < other.tile : source < other.source; }
+        bool operator<(const Entry& other) const
+        {
+            return tile != other.tile ? tile < other.tile : source < other.source;
+        }
     };
 
     const SourcePart* partOf(const Placement& p) const;

@@ -3,16 +3,21 @@
 namespace volcomp {
 
 TintWalk::TintWalk(const VoxelTint& tint, std::int32_t triangle)
-    : m_tint(tint), m_by_mesh(tint.colour->usesUv() && tint.surface->projection().kind == ProjectionKind::uv), m_triangle(triangle)
+    : m_tint(tint),
+      m_by_mesh(tint.colour->usesUv() && tint.surface->projection().kind == ProjectionKind::uv),
+      m_triangle(triangle)
 {
-    if (static_cast<std::size_t>(triangle) >= tint.surface->mesh().triangles.size()) m_triangle = -1;
+    if (static_cast<std::size_t>(triangle) >= tint.surface->mesh().triangles.size())
+        m_triangle = -1;
 }
 
 Vec3f TintWalk::at(const Vec3d& world)
 {
     const Map& map = *m_tint.colour;
     if (!map.usesUv()) return map.colour({0.0, 0.0}, world);
-    return map.colour(m_by_mesh ? m_tint.surface->uvNear(world, m_triangle) : m_tint.surface->projection().project(world), world);
+    return map.colour(m_by_mesh ? m_tint.surface->uvNear(world, m_triangle)
+                                : m_tint.surface->projection().project(world),
+                      world);
 }
 
 } // namespace volcomp

@@ -1,4 +1,5 @@
-// A colour that is looked up at every voxel of a layer's boxes, so that a pattern's border can cut through a tuft.
+// A colour that is looked up at every voxel of a layer's boxes, so that a pattern's border can cut
+// through a tuft.
 #pragma once
 
 #include "volcomp/surface/second_density.h"
@@ -6,8 +7,9 @@
 
 namespace volcomp {
 
-/// Looked up at the (u,v) of the voxel's own place: by the surface's projection; or, by texture coordinates, of the surface's point nearest to the voxel on a
-/// walk from where the box stands. The pointers must outlive compose(); nulls: no such colour.
+/// Looked up at the (u,v) of the voxel's own place: by the surface's projection; or, by texture
+/// coordinates, of the surface's point nearest to the voxel on a walk from where the box stands.
+/// The pointers must outlive compose(); nulls: no such colour.
 struct VoxelTint {
     const Surface* surface = nullptr;
     const Map* colour = nullptr;

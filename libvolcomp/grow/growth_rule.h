@@ -1,7 +1,8 @@
 // What a box grows: the parameters of the recursive function (MODEL section 6).
 //
-// A primitive is a list of levels. A level grows strands (stems, hairs, needles) or flat shapes (leaves, blades, petals) on the
-// ground or on the strands of another level, and may grow on itself `depth` times. Hair is one level with one child.
+// A primitive is a list of levels. A level grows strands (stems, hairs, needles) or flat shapes
+// (leaves, blades, petals) on the ground or on the strands of another level, and may grow on itself
+// `depth` times. Hair is one level with one child.
 #pragma once
 
 #include <cstdint>
@@ -24,10 +25,12 @@ enum class Outline {
     obovate ///< widest near its tip
 };
 
-/// Half the width of an outline at the fraction s of its length, as a part of its greatest half width: 0 to 1.
+/// Half the width of an outline at the fraction s of its length, as a part of its greatest half
+/// width: 0 to 1.
 double outlineWidth(Outline outline, double s);
 
-/// One level of the recursion. Fractions run along the parent (0 root, 1 tip); a span is [low, high], drawn evenly.
+/// One level of the recursion. Fractions run along the parent (0 root, 1 tip); a span is [low,
+/// high], drawn evenly.
 struct Level {
     using Span = std::pair<double, double>;
 
@@ -35,18 +38,19 @@ struct Level {
     std::string parent; ///< name of a level, or "ground"
     std::string material;
     Outline outline = Outline::stem;
-    int depth = 1;           ///< generations: strands of this level bear others of it until the depth is reached
-    Span fork{2, 2};         ///< how many of its own level a strand bears, below the last generation
+    int depth =
+        1; ///< generations: strands of this level bear others of it until the depth is reached
+    Span fork{2, 2}; ///< how many of its own level a strand bears, below the last generation
     double fork_start = 0.3; ///< from which fraction on
-    Span on_depth{1, 100};   ///< generations of the parent's level that bear this one, the first is 1
+    Span on_depth{1, 100}; ///< generations of the parent's level that bear this one, the first is 1
 
-    Span count{1, 1};                        ///< on the ground: in all; otherwise on each parent
-    int whorl = 1;                           ///< how many stand at one node
-    double start = 0, end = 1;               ///< fractions of the parent
-    double spread = 0;                       ///< on the ground: radius of the disc where roots stand
+    Span count{1, 1};          ///< on the ground: in all; otherwise on each parent
+    int whorl = 1;             ///< how many stand at one node
+    double start = 0, end = 1; ///< fractions of the parent
+    double spread = 0;         ///< on the ground: radius of the disc where roots stand
     double divergence = 137.50776 * kDegree; ///< turn about the parent from node to node, radians
     double divergence_variation = 0;         ///< standard deviation, radians
-    bool planar = false;                     ///< to the left and right of the parent only, in its plane
+    bool planar = false; ///< to the left and right of the parent only, in its plane
 
     Span angle{0, 0};            ///< from the parent's direction, radians
     double angle_tip = 1;        ///< factor on the angle at the parent's tip
@@ -75,12 +79,13 @@ struct Level {
     int clumps = 1;
 
     Vec3d colour_root{0.5}, colour_tip{0.5}; ///< linear RGB
-    double colour_variation = 0;             ///< standard deviation of a strand's brightness, part of it
+    double colour_variation = 0; ///< standard deviation of a strand's brightness, part of it
 
     bool flat() const { return outline != Outline::stem; }
 };
 
-/// One kind of box, as a [box.NAME] table says: the levels of its recursive function, and its voxels.
+/// One kind of box, as a [box.NAME] table says: the levels of its recursive function, and its
+/// voxels.
 struct Primitive {
     std::string name;
     std::string material; ///< of the levels that name none
@@ -89,12 +94,15 @@ struct Primitive {
     double voxel = 0; ///< edge of a voxel, metres; 0: from the thinnest feature worth showing
     double segment_limit = 1e7;
     std::vector<Level> levels;
-    std::string source; ///< the table as the scene has it (TOML), for the box's file; empty where there was none
+    std::string source; ///< the table as the scene has it (TOML), for the box's file; empty where
+                        ///< there was none
 
-    /// Throws Error where a value is out of range or not finite, a parent is missing, or the segments exceed the limit.
+    /// Throws Error where a value is out of range or not finite, a parent is missing, or the
+    /// segments exceed the limit.
     void validate() const;
 
-    /// The most segments that the recursion can grow; computed, not grown, so that 10^20 is an answer.
+    /// The most segments that the recursion can grow; computed, not grown, so that 10^20 is an
+    /// answer.
     double segmentBound() const;
 
     /// Index of the level that level `i` stands on; -1 is the ground.
@@ -102,6 +110,7 @@ struct Primitive {
 };
 
 /// Reads a [box.NAME] table; `materials` are the names that it may use.
-Primitive readPrimitive(TableReader& table, const std::string& name, const std::vector<std::string>& materials);
+Primitive readPrimitive(TableReader& table, const std::string& name,
+                        const std::vector<std::string>& materials);
 
 } // namespace volcomp

@@ -42,8 +42,8 @@ Light directional(const Vec3d& direction, double strength)
 
 } // namespace
 
-SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, const RenderParams& scene_params, int size,
-                    const Progress& progress)
+SheetTile pictureOf(const Box& box, const std::vector<Material>& materials,
+                    const RenderParams& scene_params, int size, const Progress& progress)
 {
     openvdb::CoordBBox bounds;
     std::uint64_t voxels = 0;
@@ -66,13 +66,16 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, cons
     const Vec3d up = to_eye.cross(right);
     double across = 0;
     for (const Vec3d& axis : {right, up})
-        across = std::max(across, std::abs(axis[0]) * extent[0] + std::abs(axis[1]) * extent[1] + std::abs(axis[2]) * extent[2]);
+        across = std::max(across,
+                          std::abs(axis[0]) * extent[0] + std::abs(axis[1]) * extent[1]
+                              + std::abs(axis[2]) * extent[2]);
     camera.target = (low + high) * 0.5;
     camera.eye = camera.target + to_eye * (2 * extent.length());
     camera.width = across;
     tile.subtitle = empty
         ? "empty"
-        : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]), lengthText(std::max(extent[0], extent[2])), countText(voxels));
+        : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]),
+                      lengthText(std::max(extent[0], extent[2])), countText(voxels));
 
     RenderParams params = scene_params;
     params.width = params.height = size;
@@ -80,7 +83,8 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, cons
     params.samples = 1; // a pixel is about a voxel
     params.background = kSky;
     params.ambient = Vec3d(0.5);
-    const std::vector<Light> lights{directional({0.45, -0.8, -0.55}, 1.9), directional({-0.7, -0.1, -0.6}, 0.35)};
+    const std::vector<Light> lights{directional({0.45, -0.8, -0.55}, 1.9),
+                                    directional({-0.7, -0.1, -0.6}, 0.35)};
     tile.picture = render(box.volume, materials, camera, lights, params, progress);
     return tile;
 }
@@ -88,9 +92,11 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials, cons
 Image sheetOf(const std::vector<SheetTile>& tiles)
 {
     if (tiles.empty()) throw Error("a sheet: expected at least one picture, found none");
-    const int width = tiles[0].picture.width, height = tiles[0].picture.height, cell_height = height + kLabelHeight;
+    const int width = tiles[0].picture.width, height = tiles[0].picture.height,
+              cell_height = height + kLabelHeight;
     const int count = static_cast<int>(tiles.size());
-    const int columns = std::min(count, static_cast<int>(std::ceil(std::sqrt(1.4 * count)))), rows = (count + columns - 1) / columns;
+    const int columns = std::min(count, static_cast<int>(std::ceil(std::sqrt(1.4 * count)))),
+              rows = (count + columns - 1) / columns;
     Image sheet;
     sheet.width = columns * (width + kGap) + kGap;
     sheet.height = rows * (cell_height + kGap) + kGap;
@@ -98,11 +104,14 @@ Image sheetOf(const std::vector<SheetTile>& tiles)
     sheet.pixels.assign(std::size_t(4) * sheet.width * sheet.height, kPaper);
     for (std::size_t i = 3; i < sheet.pixels.size(); i += 4) sheet.pixels[i] = 1;
 
-    OIIO::ImageBuf text(OIIO::ImageSpec(sheet.width, sheet.height, 4, OIIO::TypeDesc::FLOAT), sheet.pixels.data());
+    OIIO::ImageBuf text(OIIO::ImageSpec(sheet.width, sheet.height, 4, OIIO::TypeDesc::FLOAT),
+                        sheet.pixels.data());
     for (int k = 0; k < count; ++k) {
         const SheetTile& tile = tiles[static_cast<std::size_t>(k)];
-        if (tile.picture.width != width || tile.picture.height != height) throw Error("a sheet: expected pictures of one size");
-        const int x0 = kGap + k % columns * (width + kGap), y0 = kGap + k / columns * (cell_height + kGap);
+        if (tile.picture.width != width || tile.picture.height != height)
+            throw Error("a sheet: expected pictures of one size");
+        const int x0 = kGap + k % columns * (width + kGap),
+                  y0 = kGap + k / columns * (cell_height + kGap);
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const float* from = tile.picture.pixel(x, y);
@@ -110,9 +119,13 @@ Image sheetOf(const std::vector<SheetTile>& tiles)
                 // the background shows where alpha is less than 1 and is already in the colour
                 for (int c = 0; c < 3; ++c) to[c] = from[c];
             }
-        for (const auto& [line, y, font_size] : {std::tuple(tile.title, height + 19, 17), std::tuple(tile.subtitle, height + 37, 11)})
-            if (!OIIO::ImageBufAlgo::render_text(text, x0 + 4, y0 + y, line, font_size, "DejaVuSans", kInk))
-                throw Error("a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): " + text.geterror());
+        for (const auto& [line, y, font_size] :
+             {std::tuple(tile.title, height + 19, 17), std::tuple(tile.subtitle, height + 37, 11)})
+            if (!OIIO::ImageBufAlgo::render_text(text, x0 + 4, y0 + y, line, font_size,
+                                                 "DejaVuSans", kInk))
+                throw Error(
+                    "a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): "
+                    + text.geterror());
     }
     return sheet;
 }

@@ -30,8 +30,9 @@ public:
         const Vec3d d = p - m_camera.eye;
         z = d.dot(m_forward);
         if (z <= 1e-9) return false;
-        const double f = m_camera.projection == Projection::orthographic ? m_width / m_camera.width
-                                                                         : m_width / (2 * z * std::tan(m_camera.field_of_view / 2));
+        const double f = m_camera.projection == Projection::orthographic
+            ? m_width / m_camera.width
+            : m_width / (2 * z * std::tan(m_camera.field_of_view / 2));
         x = 0.5 * m_width + d.dot(m_right) * f;
         y = 0.5 * m_height - d.dot(m_up) * f;
         return true;
@@ -53,7 +54,8 @@ struct Panel {
     std::vector<float> depth;
     std::vector<Vec3f> colour;
     Panel(int w, int h)
-        : width(w), height(h), depth(std::size_t(w) * h, std::numeric_limits<float>::infinity()), colour(std::size_t(w) * h, Vec3f(0.02f))
+        : width(w), height(h), depth(std::size_t(w) * h, std::numeric_limits<float>::infinity()),
+          colour(std::size_t(w) * h, Vec3f(0.02f))
     {
     }
 };
@@ -66,8 +68,10 @@ void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, con
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         double x[3], y[3], z[3];
         bool ahead = true;
-        for (int i = 0; i < 3; ++i) ahead = ahead && screen.project(mesh.points[mesh.triangles[t][i]], x[i], y[i], z[i]);
-        const double area = ahead ? (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]) : 0;
+        for (int i = 0; i < 3; ++i)
+            ahead = ahead && screen.project(mesh.points[mesh.triangles[t][i]], x[i], y[i], z[i]);
+        const double area =
+            ahead ? (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]) : 0;
         if (!(std::abs(area) > 1e-12)) continue;
         const int left = std::max(0, int(std::floor(std::min({x[0], x[1], x[2]})))),
                   right = std::min(panel.width - 1, int(std::ceil(std::max({x[0], x[1], x[2]}))));
@@ -93,7 +97,8 @@ void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, con
     }
 }
 
-void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& placements, int radius)
+void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& placements,
+              int radius)
 {
     for (const Placement& p : placements) {
         double x, y, z;
@@ -113,25 +118,33 @@ struct Label {
     Vec3f colour{0.85f};
 };
 
-/// From the panel's upper left corner downwards, as far as they fit, over a shadow that keeps them readable on any map.
+/// From the panel's upper left corner downwards, as far as they fit, over a shadow that keeps them
+/// readable on any map.
 void writeLabels(Image& image, int left, int top, int height, const std::vector<Label>& labels)
 {
     const int font = std::clamp(height / 24, 9, 20), step = font * 5 / 4;
-    OIIO::ImageBuf canvas(OIIO::ImageSpec(image.width, image.height, 3, OIIO::TypeDesc::FLOAT), image.pixels.data());
+    OIIO::ImageBuf canvas(OIIO::ImageSpec(image.width, image.height, 3, OIIO::TypeDesc::FLOAT),
+                          image.pixels.data());
     for (std::size_t i = 0; i < labels.size(); ++i) {
         const int y = top + step * static_cast<int>(i + 1);
         if (y + step > top + height && i + 1 < labels.size()) break;
         const float shadow[3] = {0, 0, 0}, *ink = labels[i].colour.asPointer();
-        if (!OIIO::ImageBufAlgo::render_text(canvas, left + font / 2 + 1, y + 1, labels[i].text, font, "DejaVuSans", shadow)
-            || !OIIO::ImageBufAlgo::render_text(canvas, left + font / 2, y, labels[i].text, font, "DejaVuSans", {ink, 3}))
-            throw Error("a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): " + canvas.geterror());
+        if (!OIIO::ImageBufAlgo::render_text(canvas, left + font / 2 + 1, y + 1, labels[i].text,
+                                             font, "DejaVuSans", shadow)
+            || !OIIO::ImageBufAlgo::render_text(canvas, left + font / 2, y, labels[i].text, font,
+                                                "DejaVuSans", {ink, 3}))
+            throw Error(
+                "a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): "
+                + canvas.geterror());
     }
 }
 
 } // namespace
 
-Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers,
-                     const std::vector<Placement>& placements, const Camera& camera, int width, int height)
+Image placementSheet(const std::vector<const Surface*>& surfaces,
+                     const std::vector<SheetLayer>& layers,
+                     const std::vector<Placement>& placements, const Camera& camera, int width,
+                     int height)
 {
     const Screen screen(camera, width, height);
     std::vector<Panel> panels;
@@ -140,26 +153,33 @@ Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vec
         panels.emplace_back(width, height);
         for (const Surface* s : surfaces) {
             if (!only || s == only) drawSurface(panels.back(), screen, *s, paint);
-            else drawSurface(panels.back(), screen, *s, [](const SurfacePoint&) { return Vec3f(0.06f); });
+            else
+                drawSurface(panels.back(), screen, *s,
+                            [](const SurfacePoint&) { return Vec3f(0.06f); });
         }
     };
     panel(nullptr, [](const SurfacePoint&) { return Vec3f(0.3f); });
-    drawDots(panels.back(), screen, placements, placements.size() > std::size_t(width) * height / 60 ? 0 : 1);
+    drawDots(panels.back(), screen, placements,
+             placements.size() > std::size_t(width) * height / 60 ? 0 : 1);
     std::vector<std::size_t> counts(layers.size());
     for (const Placement& p : placements)
         if (static_cast<std::size_t>(p.layer) < counts.size()) ++counts[p.layer];
     for (std::size_t i = 0; i < layers.size(); ++i)
-        labels[0].push_back({fmt::format("{}: {}", layers[i].layer->name, counts[i]), kColours[i % 6]});
+        labels[0].push_back(
+            {fmt::format("{}: {}", layers[i].layer->name, counts[i]), kColours[i % 6]});
     for (const SheetLayer& l : layers) {
         labels.push_back({{l.layer->name + ": where"}});
         const Map where(l.layer->where, false);
-        panel(l.surface, [&](const SurfacePoint& s) { return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f)); });
+        panel(l.surface, [&](const SurfacePoint& s) {
+            return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f));
+        });
         if (l.layer->colour.empty()) continue;
         labels.push_back({{l.layer->name + ": colour"}});
         const Map colour(l.layer->colour, true);
         panel(l.surface, [&](const SurfacePoint& s) { return colour.colour(s.uv, s.position); });
     }
-    const int columns = std::min<int>(4, static_cast<int>(panels.size())), rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+    const int columns = std::min<int>(4, static_cast<int>(panels.size())),
+              rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
     Image image;
     image.width = columns * width;
     image.height = rows * height;

@@ -17,10 +17,13 @@ struct SheetLayer {
     const Layer* layer;
 };
 
-/// Panels of width x height pixels side by side, seen by the camera: first the surfaces with a dot for each placement, in a colour for each layer (red, green,
-/// blue, yellow, magenta, cyan, in turn); then, for each layer, its second density as grey, and its colour map where it has one. Labels name the layers, in
-/// their colours and with their numbers of boxes, and the maps.
-Image placementSheet(const std::vector<const Surface*>& surfaces, const std::vector<SheetLayer>& layers,
-                     const std::vector<Placement>& placements, const Camera& camera, int width, int height);
+/// Panels of width x height pixels side by side, seen by the camera: first the surfaces with a dot
+/// for each placement, in a colour for each layer (red, green, blue, yellow, magenta, cyan, in
+/// turn); then, for each layer, its second density as grey, and its colour map where it has one.
+/// Labels name the layers, in their colours and with their numbers of boxes, and the maps.
+Image placementSheet(const std::vector<const Surface*>& surfaces,
+                     const std::vector<SheetLayer>& layers,
+                     const std::vector<Placement>& placements, const Camera& camera, int width,
+                     int height);
 
 } // namespace volcomp

@@ -27,7 +27,8 @@ Ball ballOf(const Box& box)
         const openvdb::CoordBBox b = part.density->evalActiveVoxelBoundingBox();
         if (b.empty()) continue;
         const double h = part.density->voxelSize()[0];
-        bounds.expand(openvdb::BBoxd((b.min().asVec3d() - Vec3d(0.5)) * h, (b.max().asVec3d() + Vec3d(0.5)) * h));
+        bounds.expand(openvdb::BBoxd((b.min().asVec3d() - Vec3d(0.5)) * h,
+                                     (b.max().asVec3d() + Vec3d(0.5)) * h));
     }
     if (bounds.empty()) return {};
     return {bounds.getCenter(), bounds.extents().length() / 2};
@@ -36,7 +37,8 @@ Ball ballOf(const Box& box)
 Ball placed(const Ball& ball, const Placement& p)
 {
     if (ball.radius < 0) return ball;
-    const Vec3d c = Vec3d(p.x_axis) * ball.centre[0] + Vec3d(p.y_axis) * ball.centre[1] + Vec3d(p.z_axis) * ball.centre[2];
+    const Vec3d c = Vec3d(p.x_axis) * ball.centre[0] + Vec3d(p.y_axis) * ball.centre[1]
+        + Vec3d(p.z_axis) * ball.centre[2];
     return {p.position + c * double(p.scale), ball.radius * p.scale};
 }
 
@@ -61,7 +63,8 @@ bool meets(const openvdb::BBoxd& bounds, const Vec3d& p, const Vec3d& direction,
 
 bool inView(const Camera& camera, int width, int height, const Vec3d& centre, double radius)
 {
-    const Vec3d forward = (camera.target - camera.eye).unit(), right = forward.cross(camera.up).unit(), up = right.cross(forward);
+    const Vec3d forward = (camera.target - camera.eye).unit(),
+                right = forward.cross(camera.up).unit(), up = right.cross(forward);
     const Vec3d d = centre - camera.eye;
     const double z = d.dot(forward), across[2] = {std::abs(d.dot(right)), std::abs(d.dot(up))};
     if (z < -radius) return false;
@@ -77,21 +80,26 @@ bool inView(const Camera& camera, int width, int height, const Vec3d& centre, do
     return true;
 }
 
-double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera& camera, int width, int height, double pixels)
+double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera& camera, int width,
+                       int height, double pixels)
 {
     constexpr std::size_t kPoints = 20000;
     const auto hidden = [&](const Vec3d& p) {
-        return std::any_of(surfaces.begin(), surfaces.end(), [&](const Surface* s) { return s->hides(camera.eye, p); });
+        return std::any_of(surfaces.begin(), surfaces.end(),
+                           [&](const Surface* s) { return s->hides(camera.eye, p); });
     };
     double smallest = kNever;
     for (const Surface* s : surfaces) {
         const auto& points = s->mesh().points;
-        const std::size_t step = points.size() / kPoints + 1, corners = points.size() / step, count = kPoints + corners;
+        const std::size_t step = points.size() / kPoints + 1, corners = points.size() / step,
+                          count = kPoints + corners;
         smallest = tbb::parallel_reduce(
             tbb::blocked_range<std::size_t>(0, count, 256), smallest,
             [&](const tbb::blocked_range<std::size_t>& range, double least) {
                 for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                    const Vec3d p = i < kPoints ? s->atFraction((double(i) + 0.5) / kPoints).position : points[(i - kPoints) * step];
+                    const Vec3d p = i < kPoints
+                        ? s->atFraction((double(i) + 0.5) / kPoints).position
+                        : points[(i - kPoints) * step];
                     if (!inView(camera, width, height, p, 0)) continue;
                     const double footprint = camera.pixelFootprint(p, width);
                     if (footprint > 0 && footprint < least && !hidden(p)) least = footprint;
@@ -103,7 +111,8 @@ double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera
     return smallest < kNever ? smallest * pixels : 0;
 }
 
-std::vector<Placement> cullPlacements(const std::vector<Placement>& placements, const std::vector<Box>& boxes, const Camera& camera,
+std::vector<Placement> cullPlacements(const std::vector<Placement>& placements,
+                                      const std::vector<Box>& boxes, const Camera& camera,
                                       int width, int height, const std::vector<Light>& lights)
 {
     std::vector<Ball> balls;
@@ -132,8 +141,11 @@ std::vector<Placement> cullPlacements(const std::vector<Placement>& placements, 
             }
             // A shadow from a near light widens with the distance.
             const Vec3d away = b.centre - light.position;
-            const double near_by = away.length() - b.radius, far_off = (seen.getCenter() - light.position).length() + reach;
-            if (near_by <= 0 || meets(seen, b.centre, away, b.radius * std::max(1.0, far_off / near_by))) keep[i] = 1;
+            const double near_by = away.length() - b.radius,
+                         far_off = (seen.getCenter() - light.position).length() + reach;
+            if (near_by <= 0
+                || meets(seen, b.centre, away, b.radius * std::max(1.0, far_off / near_by)))
+                keep[i] = 1;
         }
     });
     std::vector<Placement> result;

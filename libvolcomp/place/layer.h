@@ -1,4 +1,5 @@
-// A layer: one kind of box over one surface, with the second densities that say where, how large and in what colour (MODEL section 7).
+// A layer: one kind of box over one surface, with the second densities that say where, how large
+// and in what colour (MODEL section 7).
 #pragma once
 
 #include <cstdint>
@@ -41,16 +42,20 @@ struct Layer {
     std::vector<MapSpec> colour;      ///< multiplies the box's colour
     TintAt tint = TintAt::root;
 
-    std::pair<double, double> scale{1, 1};      ///< drawn evenly
-    std::pair<double, double> turn{0, 2 * kPi}; ///< about the box's axis; 0: its +X faces the comb direction
-    std::pair<double, double> tilt{0, 0};       ///< of the axis, to a random side, after the comb
+    std::pair<double, double> scale{1, 1}; ///< drawn evenly
+    std::pair<double, double> turn{
+        0, 2 * kPi}; ///< about the box's axis; 0: its +X faces the comb direction
+    std::pair<double, double> tilt{0, 0}; ///< of the axis, to a random side, after the comb
     bool combed = false;
-    Vec3d comb{0, -1, 0};                      ///< world direction in which the axis leans; its part along the surface counts
-    std::filesystem::path comb_map;            ///< instead: red, green, blue of an image, 0 ... 1 meaning -1 ... 1
+    Vec3d comb{0, -1,
+               0}; ///< world direction in which the axis leans; its part along the surface counts
+    std::filesystem::path
+        comb_map; ///< instead: red, green, blue of an image, 0 ... 1 meaning -1 ... 1
     CombSpace comb_space = CombSpace::tangent; ///< of comb_map
     double comb_angle = kPi / 4;               ///< from the normal to the axis
-    double upright = 0;                        ///< of the axis, before the comb: 0 along the normal, 1 along the world's +Y
-    double offset = 0;                         ///< of the root along the normal
+    double upright =
+        0;             ///< of the axis, before the comb: 0 along the normal, 1 along the world's +Y
+    double offset = 0; ///< of the root along the normal
 
     void validate() const;
 };

@@ -20,8 +20,8 @@ std::string listOf(const V& v)
     return fmt::format("[{}, {}, {}]", v[0], v[1], v[2]);
 }
 
-void writeJson(std::ostream& out, const std::vector<Placement>& placements, const std::vector<std::string>& boxes,
-               const std::vector<std::string>& layers)
+void writeJson(std::ostream& out, const std::vector<Placement>& placements,
+               const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
 {
     const auto quoted = [](const std::string& s) { return nlohmann::json(s).dump(); };
     out << "[";
@@ -30,19 +30,22 @@ void writeJson(std::ostream& out, const std::vector<Placement>& placements, cons
         out << between
             << fmt::format(
                    R"({{"box": {}, "layer": {}, "position": {}, "scale": {}, "x_axis": {}, "y_axis": {}, "z_axis": {}, "tint": {}, "uv": [{}, {}]}})",
-                   quoted(boxes.at(p.box)), quoted(layers.at(p.layer)), listOf(p.position), p.scale, listOf(p.x_axis), listOf(p.y_axis),
-                   listOf(p.z_axis), listOf(p.tint), p.uv[0], p.uv[1]);
+                   quoted(boxes.at(p.box)), quoted(layers.at(p.layer)), listOf(p.position), p.scale,
+                   listOf(p.x_axis), listOf(p.y_axis), listOf(p.z_axis), listOf(p.tint), p.uv[0],
+                   p.uv[1]);
         between = ",\n";
     }
     out << "\n]\n";
 }
 
-void writePly(std::ostream& out, const std::vector<Placement>& placements, const std::vector<std::string>& boxes,
-              const std::vector<std::string>& layers)
+void writePly(std::ostream& out, const std::vector<Placement>& placements,
+              const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
 {
     out << "ply\nformat binary_little_endian 1.0\n";
-    for (std::size_t i = 0; i < boxes.size(); ++i) out << "comment box " << i << ' ' << boxes[i] << '\n';
-    for (std::size_t i = 0; i < layers.size(); ++i) out << "comment layer " << i << ' ' << layers[i] << '\n';
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        out << "comment box " << i << ' ' << boxes[i] << '\n';
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        out << "comment layer " << i << ' ' << layers[i] << '\n';
     out << "element vertex " << placements.size()
         << "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\n"
            "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float scale\nproperty int box\nproperty int layer\nend_header\n";
@@ -55,7 +58,8 @@ void writePly(std::ostream& out, const std::vector<Placement>& placements, const
         };
         for (int i = 0; i < 3; ++i) put(p.position[i]);
         for (int i = 0; i < 3; ++i) put(p.y_axis[i]);
-        for (int i = 0; i < 3; ++i) put(static_cast<unsigned char>(std::lround(std::clamp(p.tint[i], 0.0f, 1.0f) * 255)));
+        for (int i = 0; i < 3; ++i)
+            put(static_cast<unsigned char>(std::lround(std::clamp(p.tint[i], 0.0f, 1.0f) * 255)));
         put(p.scale);
         put(p.box);
         put(p.layer);
@@ -65,16 +69,18 @@ void writePly(std::ostream& out, const std::vector<Placement>& placements, const
 
 } // namespace
 
-void writePlacements(const std::filesystem::path& file, const std::vector<Placement>& placements, const std::vector<std::string>& boxes,
-                     const std::vector<std::string>& layers)
+void writePlacements(const std::filesystem::path& file, const std::vector<Placement>& placements,
+                     const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
 {
     const bool json = file.extension() == ".json";
     if (!json && file.extension() != ".ply")
-        throw fileError(file, "", "a name that ends in .json or .ply", "'" + file.extension().string() + "'");
+        throw fileError(file, "", "a name that ends in .json or .ply",
+                        "'" + file.extension().string() + "'");
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
         std::ofstream stream(temporary, std::ios::binary);
         (json ? writeJson : writePly)(stream, placements, boxes, layers);
-        if (!stream.flush()) throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+        if (!stream.flush())
+            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 

@@ -25,7 +25,8 @@ std::uint64_t hashName(const std::string& name)
     return h;
 }
 
-/// A unit vector perpendicular to n that changes with it steadily, but at n = -z (Duff and others, Building an orthonormal basis, revisited, JCGT 2017).
+/// A unit vector perpendicular to n that changes with it steadily, but at n = -z (Duff and others,
+/// Building an orthonormal basis, revisited, JCGT 2017).
 Vec3d anyTangent(const Vec3d& n)
 {
     const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
@@ -40,7 +41,8 @@ struct Maps {
 
 class Placer {
 public:
-    Placer(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index, const Maps& maps)
+    Placer(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
+           const Maps& maps)
         : m_surface(surface), m_layer(layer), m_boxes(boxes), m_index(layer_index), m_maps(maps),
           m_key(hashKey(layer.seed, hashName(layer.name)))
     {
@@ -51,7 +53,8 @@ public:
     {
         Random random(hashKey(m_key, index));
         if (m_layer.sampling == Sampling::area) {
-            const SurfacePoint s = m_surface.atFraction((double(index) + random.uniform()) / m_strata);
+            const SurfacePoint s =
+                m_surface.atFraction((double(index) + random.uniform()) / m_strata);
             if (m_layer.sheets == Sheets::all || isFirst(s)) place(s, chance, random, out);
             return;
         }
@@ -82,27 +85,33 @@ private:
     {
         if (!m_maps.comb) return m_layer.comb;
         Vec3d c;
-        for (int i = 0; i < 3; ++i) c[i] = 2 * m_maps.comb->sample(s.uv[0], s.uv[1], i, Wrap::repeat) - 1;
+        for (int i = 0; i < 3; ++i)
+            c[i] = 2 * m_maps.comb->sample(s.uv[0], s.uv[1], i, Wrap::repeat) - 1;
         if (m_layer.comb_space == CombSpace::world) return c;
         const Surface::UvGradient g = m_surface.uvGradientAt(s);
         const double u = g.du.length(), v = g.dv.length();
         return u > 0 && v > 0 ? g.du * (c[0] / u) + g.dv * (c[1] / v) : Vec3d(0.0);
     }
 
-    void place(const SurfacePoint& s, double chance, Random& random, std::vector<Placement>& out) const
+    void place(const SurfacePoint& s, double chance, Random& random,
+               std::vector<Placement>& out) const
     {
-        // Every number is drawn whether it is used or not, so that one decision does not move the next.
-        const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(), turn = random.uniform(),
-                     tilt = random.uniform(), side = random.uniform();
-        if (!(keep < chance * std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0))) return;
+        // Every number is drawn whether it is used or not, so that one decision does not move the
+        // next.
+        const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(),
+                     turn = random.uniform(), tilt = random.uniform(), side = random.uniform();
+        if (!(keep < chance * std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0)))
+            return;
         const double scale =
-            (m_layer.scale.first + (m_layer.scale.second - m_layer.scale.first) * size) * m_maps.size.value(s.uv, s.position);
+            (m_layer.scale.first + (m_layer.scale.second - m_layer.scale.first) * size)
+            * m_maps.size.value(s.uv, s.position);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
         Vec3d axis = s.normal;
         if (m_layer.upright > 0) {
             const Vec3d raised = axis * (1 - m_layer.upright) + Vec3d(0, m_layer.upright, 0);
-            if (const double length = raised.length(); length > 1e-6) axis = raised / length; // 0: half upright on a ceiling
+            if (const double length = raised.length(); length > 1e-6)
+                axis = raised / length; // 0: half upright on a ceiling
         }
         Vec3d y = axis, x = anyTangent(y);
         if (m_layer.combed) {
@@ -116,8 +125,10 @@ private:
             }
         }
         if (m_layer.tilt.second > 0) {
-            const double angle = m_layer.tilt.first + (m_layer.tilt.second - m_layer.tilt.first) * tilt;
-            const Vec3d sideways = x * std::cos(2 * kPi * side) + y.cross(x) * std::sin(2 * kPi * side);
+            const double angle =
+                m_layer.tilt.first + (m_layer.tilt.second - m_layer.tilt.first) * tilt;
+            const Vec3d sideways =
+                x * std::cos(2 * kPi * side) + y.cross(x) * std::sin(2 * kPi * side);
             const Vec3d leaned = y * std::cos(angle) + sideways * std::sin(angle);
             // The smallest rotation from y to the leaned axis takes x along.
             x -= (y + leaned) * (x.dot(leaned) / std::max(1e-9, 1 + y.dot(leaned)));
@@ -135,7 +146,8 @@ private:
         p.position = s.position + s.normal * m_layer.offset;
         p.scale = static_cast<float>(scale);
         if (m_layer.tint == TintAt::root) p.tint = m_maps.colour.colour(s.uv, s.position);
-        p.box = m_boxes.first + std::min(m_boxes.count - 1, static_cast<std::int32_t>(variant * m_boxes.count));
+        p.box = m_boxes.first
+            + std::min(m_boxes.count - 1, static_cast<std::int32_t>(variant * m_boxes.count));
         p.layer = m_index;
         p.uv = Vec2f(s.uv);
         p.triangle = s.triangle;
@@ -152,24 +164,31 @@ private:
 
 } // namespace
 
-std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
-                               const Progress& progress)
+std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes,
+                               int layer_index, const Progress& progress)
 {
     layer.validate();
     const std::string place = "layer '" + layer.name + "': ";
-    Maps maps{Map(layer.where, false), Map(layer.size, false), Map(layer.colour, true), std::nullopt};
+    Maps maps{Map(layer.where, false), Map(layer.size, false), Map(layer.colour, true),
+              std::nullopt};
     if (!layer.comb_map.empty()) maps.comb = readTexture(layer.comb_map, false);
-    const bool uses_uv = layer.sampling == Sampling::uv || maps.where.usesUv() || maps.size.usesUv() || maps.colour.usesUv() || maps.comb;
+    const bool uses_uv = layer.sampling == Sampling::uv || maps.where.usesUv() || maps.size.usesUv()
+        || maps.colour.usesUv() || maps.comb;
     if (uses_uv && !surface.hasUv())
-        throw Error(place + "its maps are looked up by texture coordinates, but the mesh of surface '" + layer.surface
-                    + "' has none; give the mesh some, or set the surface's 'projection' to sphere, cylinder or plane");
+        throw Error(
+            place + "its maps are looked up by texture coordinates, but the mesh of surface '"
+            + layer.surface
+            + "' has none; give the mesh some, or set the surface's 'projection' to sphere, cylinder or plane");
 
     // A density of 2.5 becomes 3 samples, each kept with the chance 2.5 / 3.
     const double cells = layer.sampling == Sampling::uv ? double(layer.cells_u) * layer.cells_v : 1;
-    const double wanted = layer.sampling == Sampling::uv ? layer.density : layer.density * surface.area();
+    const double wanted =
+        layer.sampling == Sampling::uv ? layer.density : layer.density * surface.area();
     const double rounded = std::ceil(wanted), total = rounded * cells;
     if (!(total <= kMostSamples))
-        throw Error(place + fmt::format("expected at most {:g} samples, found {:g}; lower its density", kMostSamples, total));
+        throw Error(place
+                    + fmt::format("expected at most {:g} samples, found {:g}; lower its density",
+                                  kMostSamples, total));
     std::vector<Placement> result;
     if (total < 1) return result;
     Placer placer(surface, layer, boxes, layer_index, maps);

@@ -23,24 +23,30 @@ double pixelWeight(PixelFilter filter, double x)
         return std::exp(-0.5 * 9 * x * x); // cut at three standard deviations
     case PixelFilter::blackman_harris: {
         const double a = kPi * x; // Harris 1978, four terms
-        return 0.35875 + 0.48829 * std::cos(a) + 0.14128 * std::cos(2 * a) + 0.01168 * std::cos(3 * a);
+        return 0.35875 + 0.48829 * std::cos(a) + 0.14128 * std::cos(2 * a)
+            + 0.01168 * std::cos(3 * a);
     }
     }
     return 0;
 }
 
 PixelSampler::PixelSampler(const RenderParams& params)
-    : m_samples(params.samples), m_side(int(std::sqrt(double(params.samples)) + 1e-9)), m_width(params.width), m_radius(pixelRadius(params))
+    : m_samples(params.samples), m_side(int(std::sqrt(double(params.samples)) + 1e-9)),
+      m_width(params.width), m_radius(pixelRadius(params))
 {
     if (params.pixel_filter == PixelFilter::box) return;
     constexpr int kSteps = 4096, kEntries = 1024;
     std::vector<double> below{0}; // weight up to each step, by the trapezium rule
-    const auto weight = [&](int i) { return pixelWeight(params.pixel_filter, 2.0 * i / kSteps - 1); };
-    for (int i = 0; i < kSteps; ++i) below.push_back(below.back() + 0.5 * (weight(i) + weight(i + 1)));
+    const auto weight = [&](int i) {
+        return pixelWeight(params.pixel_filter, 2.0 * i / kSteps - 1);
+    };
+    for (int i = 0; i < kSteps; ++i)
+        below.push_back(below.back() + 0.5 * (weight(i) + weight(i + 1)));
     for (int k = 0, i = 0; k <= kEntries; ++k) {
         const double u = below.back() * k / kEntries;
         while (i < kSteps - 1 && below[i + 1] < u) ++i;
-        const double inside = below[i + 1] > below[i] ? std::min(1.0, (u - below[i]) / (below[i + 1] - below[i])) : 0;
+        const double inside =
+            below[i + 1] > below[i] ? std::min(1.0, (u - below[i]) / (below[i + 1] - below[i])) : 0;
         m_inverse.push_back(m_radius * (2 * (i + inside) / kSteps - 1));
     }
 }

@@ -1,7 +1,8 @@
 // Where the samples of a pixel lie: the reconstruction filter, by importance sampling.
 //
-// The samples of a pixel are spread as the filter weighs (filter importance sampling: Ernst, Stamminger, Greiner, 2006), so that all count alike and no
-// sample belongs to two pixels: tiles stay independent, and alpha and AOVs are filtered as colour is.
+// The samples of a pixel are spread as the filter weighs (filter importance sampling: Ernst,
+// Stamminger, Greiner, 2006), so that all count alike and no sample belongs to two pixels: tiles
+// stay independent, and alpha and AOVs are filtered as colour is.
 #pragma once
 
 #include <vector>
@@ -15,11 +16,13 @@ class PixelSampler {
 public:
     explicit PixelSampler(const RenderParams& params);
 
-    /// A place in the picture, pixels from the top left corner (z is 0). One sample alone lies in the pixel's centre; otherwise a jittered grid,
-    /// then what the grid has no room for at random, warped by the filter. A function of its arguments and the picture's width alone.
+    /// A place in the picture, pixels from the top left corner (z is 0). One sample alone lies in
+    /// the pixel's centre; otherwise a jittered grid, then what the grid has no room for at random,
+    /// warped by the filter. A function of its arguments and the picture's width alone.
     Vec3d position(int x, int y, int sample) const;
 
-    /// The offset from the pixel's centre below which lies the part u of the filter's weight, 0 <= u <= 1.
+    /// The offset from the pixel's centre below which lies the part u of the filter's weight, 0 <=
+    /// u <= 1.
     double warp(double u) const;
 
 private:

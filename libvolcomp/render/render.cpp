@@ -16,20 +16,25 @@ namespace {
 
 constexpr int kTile = 16; // pixels
 
-double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double seconds()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
 
 Material materialOf(const VoxelTree::Part& part, const std::vector<Material>& materials)
 {
     for (const Material& m : materials)
         if (part.material.empty() ? m.kind == part.kind : m.name == part.material) {
             if (m.kind != part.kind)
-                throw Error("material '" + m.name
-                            + "' and the volume's part of that name differ in kind: one has tangents, the other normals");
+                throw Error(
+                    "material '" + m.name
+                    + "' and the volume's part of that name differ in kind: one has tangents, the other normals");
             return m;
         }
     if (!part.material.empty())
-        throw Error("the volume has voxels of material '" + part.material + "', which the scene does not define; add [material."
-                    + part.material + "]");
+        throw Error("the volume has voxels of material '" + part.material
+                    + "', which the scene does not define; add [material." + part.material + "]");
     Material fallback;
     fallback.kind = part.kind;
     return fallback;
@@ -42,19 +47,22 @@ std::vector<std::string> channelNames(const RenderParams& params, const std::vec
     names.insert(names.end(), {"Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"});
     for (std::size_t l = 0; l < lights.size(); ++l)
         for (const char* c : {".R", ".G", ".B"})
-            names.push_back((lights[l].name.empty() ? "light" + std::to_string(l + 1) : lights[l].name) + c);
+            names.push_back(
+                (lights[l].name.empty() ? "light" + std::to_string(l + 1) : lights[l].name) + c);
     return names;
 }
 
-// The picture tile by tile. A tile adds samples to its pixels in their order, however often it is called: nothing depends on when or where.
+// The picture tile by tile. A tile adds samples to its pixels in their order, however often it is
+// called: nothing depends on when or where.
 class TileRenderer {
 public:
     static constexpr int kCoarse = -1, kStride = 4; // of the coarse pass, pixels
 
-    TileRenderer(const LevelOfDetail& tracer, const CameraRays& rays, const Crop& crop, const RenderParams& params,
-                 const std::vector<Light>& lights, RenderState& state)
-        : m_tracer(tracer), m_rays(rays), m_sampler(params), m_crop(crop), m_params(params), m_lights(lights.size()),
-          m_names(channelNames(params, lights)), m_channels(m_names.size()), m_columns((crop.width + kTile - 1) / kTile),
+    TileRenderer(const LevelOfDetail& tracer, const CameraRays& rays, const Crop& crop,
+                 const RenderParams& params, const std::vector<Light>& lights, RenderState& state)
+        : m_tracer(tracer), m_rays(rays), m_sampler(params), m_crop(crop), m_params(params),
+          m_lights(lights.size()), m_names(channelNames(params, lights)),
+          m_channels(m_names.size()), m_columns((crop.width + kTile - 1) / kTile),
           m_has_background(params.background.lengthSqr() > 0), m_state(state)
     {
         const std::size_t pixels = std::size_t(crop.width) * crop.height,
@@ -68,22 +76,28 @@ public:
     }
 
     int tiles() const { return int(m_state.samples.size()); }
-    bool reached(int tile, int target) const { return m_state.samples[tile] >= target && (m_state.samples[tile] != 0 || target == 0); }
+    bool reached(int tile, int target) const
+    {
+        return m_state.samples[tile] >= target && (m_state.samples[tile] != 0 || target == 0);
+    }
 
     // Brings a tile to `target` samples, or to kCoarse.
     void advance(int tile, int target, Integrator::Scratch& scratch)
     {
-        const int x0 = tile % m_columns * kTile, y0 = tile / m_columns * kTile, before = m_state.samples[tile];
+        const int x0 = tile % m_columns * kTile, y0 = tile / m_columns * kTile,
+                  before = m_state.samples[tile];
         for (int y = y0; y < std::min(y0 + kTile, m_crop.height); ++y)
             for (int x = x0; x < std::min(x0 + kTile, m_crop.width); ++x) {
                 const bool coarse = x % kStride == 0 && y % kStride == 0;
-                const int from = before == kCoarse ? coarse : before, to = target == kCoarse ? coarse : target;
+                const int from = before == kCoarse ? coarse : before,
+                          to = target == kCoarse ? coarse : target;
                 for (int s = from; s < to; ++s) addSample(x, y, s, scratch);
             }
         m_state.samples[tile] = target;
     }
 
-    // What there is to see: pixels without a sample show the coarse one beside them, if that has one.
+    // What there is to see: pixels without a sample show the coarse one beside them, if that has
+    // one.
     Image image() const
     {
         Image image;
@@ -95,10 +109,12 @@ public:
             for (int x = 0; x < image.width; ++x) {
                 const int samples = m_state.samples[y / kTile * m_columns + x / kTile];
                 if (samples == 0) continue;
-                const std::size_t from =
-                    samples > 0 ? std::size_t(y) * m_crop.width + x : std::size_t(y - y % kStride) * m_crop.width + (x - x % kStride);
+                const std::size_t from = samples > 0
+                    ? std::size_t(y) * m_crop.width + x
+                    : std::size_t(y - y % kStride) * m_crop.width + (x - x % kStride);
                 for (std::size_t c = 0; c < m_channels; ++c)
-                    image.pixel(x, y)[c] = float(m_state.sums[from * m_channels + c] / std::max(1, samples));
+                    image.pixel(x, y)[c] =
+                        float(m_state.sums[from * m_channels + c] / std::max(1, samples));
             }
         return image;
     }
@@ -106,7 +122,8 @@ public:
 private:
     void addSample(int x, int y, int s, Integrator::Scratch& scratch)
     {
-        double* sum = &m_state.sums[(std::size_t(y) * m_crop.width + x) * m_channels]; // background included
+        double* sum =
+            &m_state.sums[(std::size_t(y) * m_crop.width + x) * m_channels]; // background included
         const auto add = [&](std::size_t channel, const Vec3d& v) {
             for (int c = 0; c < 3; ++c) sum[channel + c] += v[c];
         };
@@ -136,11 +153,13 @@ private:
 };
 
 // All tiles to all samples, in passes, with pauses for the watch.
-RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Progress& progress, RenderWatch* watch)
+RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Progress& progress,
+                      RenderWatch* watch)
 {
     std::vector<int> targets;
     if (watch && watch->preview)
-        for (int samples = TileRenderer::kCoarse; samples < params.samples; samples = samples < 1 ? 1 : 2 * samples)
+        for (int samples = TileRenderer::kCoarse; samples < params.samples;
+             samples = samples < 1 ? 1 : 2 * samples)
             targets.push_back(samples);
     targets.push_back(params.samples);
     std::mutex mutex;
@@ -157,7 +176,9 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
             std::atomic<bool> left_out{false};
             tbb::parallel_for(0, tiles.tiles(), [&](int tile) {
                 if (tiles.reached(tile, target)) return;
-                if (watch && (stopped() || (watch->update && seconds() - updated > watch->every_seconds))) {
+                if (watch
+                    && (stopped()
+                        || (watch->update && seconds() - updated > watch->every_seconds))) {
                     left_out = true;
                     return;
                 }
@@ -172,27 +193,32 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
                 report(progress, std::min(1.0, done / (double(tiles.tiles()) * params.samples)));
             });
             all = !left_out;
-            if (watch && watch->update && (left_out || (watch->preview && target != params.samples))) {
+            if (watch && watch->update
+                && (left_out || (watch->preview && target != params.samples))) {
                 watch->update(watch->state, tiles.image());
                 updated = seconds();
             }
             if (left_out && stopped())
-                throw Stopped("stopped after " + std::to_string(int(100 * done / (double(tiles.tiles()) * params.samples)))
-                              + " % of the render");
+                throw Stopped(
+                    "stopped after "
+                    + std::to_string(int(100 * done / (double(tiles.tiles()) * params.samples)))
+                    + " % of the render");
         }
     return counts;
 }
 
 } // namespace
 
-Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
-             const RenderParams& params, const Progress& progress, RenderStats* stats)
+Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera,
+             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress,
+             RenderStats* stats)
 {
     return render(VoxelTree(volume), materials, camera, lights, params, progress, stats);
 }
 
-Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera, const std::vector<Light>& lights,
-             const RenderParams& params, const Progress& progress, RenderStats* stats)
+Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera,
+             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress,
+             RenderStats* stats)
 {
     camera.validate();
     params.validate();
@@ -205,8 +231,9 @@ Image render(const VoxelTree& tree, const std::vector<Material>& materials, cons
     return image;
 }
 
-Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials, const Camera& camera,
-             const std::vector<Light>& lights, const RenderParams& params, const Progress& progress, RenderStats* stats, RenderWatch* watch)
+Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials,
+             const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
+             const Progress& progress, RenderStats* stats, RenderWatch* watch)
 {
     camera.validate();
     params.validate();
@@ -214,7 +241,8 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
     const Crop crop = params.crop.width > 0 ? params.crop : Crop{0, 0, params.width, params.height};
     const double start = seconds();
     std::vector<Material> part_materials;
-    for (const VoxelTree::Part& part : levels.at(0).tree->parts()) part_materials.push_back(materialOf(part, materials));
+    for (const VoxelTree::Part& part : levels.at(0).tree->parts())
+        part_materials.push_back(materialOf(part, materials));
     const CameraRays rays(camera, params.width, params.height);
     const LevelOfDetail tracer(levels, part_materials, lights, params, rays, crop);
     const double prepared = seconds();

@@ -9,19 +9,25 @@ namespace volcomp {
 
 void RenderParams::validate() const
 {
-    const auto fail = [](const char* expected) { throw Error(std::string("render: expected ") + expected); };
-    const auto isRadiance = [](const Vec3d& c) { return c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && std::isfinite(c.lengthSqr()); };
-    if (!(width >= 1 && width <= 32768 && height >= 1 && height <= 32768)) fail("a width and a height of 1 to 32768 pixels");
+    const auto fail = [](const char* expected) {
+        throw Error(std::string("render: expected ") + expected);
+    };
+    const auto isRadiance = [](const Vec3d& c) {
+        return c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && std::isfinite(c.lengthSqr());
+    };
+    if (!(width >= 1 && width <= 32768 && height >= 1 && height <= 32768))
+        fail("a width and a height of 1 to 32768 pixels");
     if (crop.width != 0
-        && !(crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 && crop.width <= width - crop.x
-             && crop.height <= height - crop.y))
+        && !(crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0
+             && crop.width <= width - crop.x && crop.height <= height - crop.y))
         fail("a crop inside the picture");
     if (!(samples >= 1 && samples <= 65536)) fail("1 to 65536 samples");
     if (!(pixel_radius >= 0 && pixel_radius <= 16)) fail("a pixel_radius of 0 to 16 pixels");
     if (!(tau >= 0 && std::isfinite(tau))) fail("a finite tau >= 0");
     if (!(step >= 0.001 && step <= 1000)) fail("a step of 0.001 to 1000 voxels");
     if (!(cutoff >= 0 && cutoff < 1)) fail("0 <= cutoff < 1");
-    if (!isRadiance(background) || !isRadiance(ambient)) fail("a finite background and ambient >= 0");
+    if (!isRadiance(background) || !isRadiance(ambient))
+        fail("a finite background and ambient >= 0");
 }
 
 RenderParams readRender(TableReader& r)
@@ -30,31 +36,41 @@ RenderParams readRender(TableReader& r)
     p.width = r.integer({"width", "pixels", "of the picture"}, p.width, {1, 32768});
     p.height = r.integer({"height", "pixels", "of the picture"}, p.height, {1, 32768});
     p.samples = r.integer({"samples", "", "per pixel"}, p.samples, {1, 65536});
-    p.pixel_filter = r.choice<PixelFilter>({"pixel_filter", "", "how the samples around a pixel are weighed, where there are several"},
-                                           p.pixel_filter, kPixelFilterWords);
-    p.pixel_radius = r.number({"pixel_radius", "pixels", "of that filter; 0: 0.5 for box, 1.5 for the others"}, p.pixel_radius, {0, 16});
+    p.pixel_filter = r.choice<PixelFilter>(
+        {"pixel_filter", "", "how the samples around a pixel are weighed, where there are several"},
+        p.pixel_filter, kPixelFilterWords);
+    p.pixel_radius =
+        r.number({"pixel_radius", "pixels", "of that filter; 0: 0.5 for box, 1.5 for the others"},
+                 p.pixel_radius, {0, 16});
     p.tau = r.number({"tau", "", "extinction per density"}, p.tau, kNotNegative);
-    p.integration =
-        r.choice<Integration>({"integration", "", "closed form per voxel, or the paper's sums (3), (4)"}, p.integration, kIntegrationWords);
+    p.integration = r.choice<Integration>(
+        {"integration", "", "closed form per voxel, or the paper's sums (3), (4)"}, p.integration,
+        kIntegrationWords);
     p.step = r.number({"step", "voxels", "of the sums, riemann"}, p.step, {0.001, 1000});
-    p.filter = r.choice<Filter>({"filter", "", "density between voxel centres"}, p.filter, kFilterWords);
-    p.extinction = r.choice<Extinction>({"extinction", "", "fibre: a fibre covers less seen end on"}, p.extinction, kExtinctionWords);
+    p.filter =
+        r.choice<Filter>({"filter", "", "density between voxel centres"}, p.filter, kFilterWords);
+    p.extinction =
+        r.choice<Extinction>({"extinction", "", "fibre: a fibre covers less seen end on"},
+                             p.extinction, kExtinctionWords);
     p.shadows = r.choice<Shadows>(
         {"shadows", "",
          "light on its way to a voxel: rays for each shaded voxel and light; swept once through the volume (a pixel of fur is 2 % off, eleven times faster); or not weakened at all"},
         p.shadows, kShadowsWords);
-    p.cutoff =
-        r.number({"cutoff", "", "rays end where a smaller fraction of light passes; bounds the error relative to the brightest voxel"},
-                 p.cutoff, {0, 0.99});
+    p.cutoff = r.number(
+        {"cutoff", "",
+         "rays end where a smaller fraction of light passes; bounds the error relative to the brightest voxel"},
+        p.cutoff, {0, 0.99});
     p.lod = r.flag(
         {"lod", "",
          "level of detail: where voxels are smaller than pixels, coarser ones that keep the mean transmittance; in fur 8 voxels a pixel wide one sample is closer than four without, and 1 % too dark; volcomp-render --write-levels keeps them in files"},
         p.lod);
-    p.undirected = r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"}, p.undirected, kUndirectedWords);
-    p.aovs =
-        r.flag({"aovs", "",
-                "write depth (Z), normal (N), albedo and each light's share to the EXR; weighted by what shows, as R, G, B are by alpha"},
-               p.aovs);
+    p.undirected =
+        r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"},
+                             p.undirected, kUndirectedWords);
+    p.aovs = r.flag(
+        {"aovs", "",
+         "write depth (Z), normal (N), albedo and each light's share to the EXR; weighted by what shows, as R, G, B are by alpha"},
+        p.aovs);
     p.background = r.colour({"background", "", "radiance behind everything"}, p.background);
     p.ambient = r.colour({"ambient", "", "radiance from all around"}, p.ambient);
     r.finish();

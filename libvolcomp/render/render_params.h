@@ -12,16 +12,25 @@ enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
 enum class Shadows { exact, sweep, none };
-enum class Undirected { isotropic, gradient }; ///< how a voxel without direction is shaded (MODEL section 4)
+enum class Undirected {
+    isotropic,
+    gradient
+}; ///< how a voxel without direction is shaded (MODEL section 4)
 enum class PixelFilter { box, gaussian, blackman_harris };
 
-constexpr Word<Integration> kIntegrationWords[] = {{"exact", Integration::exact}, {"riemann", Integration::riemann}};
+constexpr Word<Integration> kIntegrationWords[] = {{"exact", Integration::exact},
+                                                   {"riemann", Integration::riemann}};
 constexpr Word<Filter> kFilterWords[] = {{"box", Filter::box}, {"trilinear", Filter::trilinear}};
-constexpr Word<Extinction> kExtinctionWords[] = {{"isotropic", Extinction::isotropic}, {"fibre", Extinction::fibre}};
-constexpr Word<Shadows> kShadowsWords[] = {{"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}};
-constexpr Word<Undirected> kUndirectedWords[] = {{"isotropic", Undirected::isotropic}, {"gradient", Undirected::gradient}};
+constexpr Word<Extinction> kExtinctionWords[] = {{"isotropic", Extinction::isotropic},
+                                                 {"fibre", Extinction::fibre}};
+constexpr Word<Shadows> kShadowsWords[] = {
+    {"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}};
+constexpr Word<Undirected> kUndirectedWords[] = {{"isotropic", Undirected::isotropic},
+                                                 {"gradient", Undirected::gradient}};
 constexpr Word<PixelFilter> kPixelFilterWords[] = {
-    {"box", PixelFilter::box}, {"gaussian", PixelFilter::gaussian}, {"blackman-harris", PixelFilter::blackman_harris}};
+    {"box", PixelFilter::box},
+    {"gaussian", PixelFilter::gaussian},
+    {"blackman-harris", PixelFilter::blackman_harris}};
 
 /// A rectangle of pixels from the picture's top left corner. Empty (width 0): all of it.
 struct Crop {
@@ -34,16 +43,17 @@ struct RenderParams {
     Crop crop;                                   ///< the image holds only these pixels
     int samples = 1;                             ///< per pixel
     PixelFilter pixel_filter = PixelFilter::box; ///< how they are weighed, with more than one
-    double pixel_radius = 0;                     ///< of that filter, pixels; 0: 0.5 for box, 1.5 for the others
-    double tau = 1;                              ///< extinction per density, >= 0
+    double pixel_radius = 0; ///< of that filter, pixels; 0: 0.5 for box, 1.5 for the others
+    double tau = 1;          ///< extinction per density, >= 0
     Integration integration = Integration::exact;
     double step = 1; ///< riemann: voxels
     Filter filter = Filter::box;
     Extinction extinction = Extinction::fibre;
     Shadows shadows = Shadows::exact;
-    double cutoff = 0.001; ///< rays end where less light than this fraction passes; 0: never. No radiance is off by
-                           ///< more than cutoff times the brightest that a voxel shows
-    bool lod = false;      ///< level of detail: voxels as wide as pixels where those at hand are smaller
+    double cutoff =
+        0.001; ///< rays end where less light than this fraction passes; 0: never. No radiance is
+               ///< off by more than cutoff times the brightest that a voxel shows
+    bool lod = false; ///< level of detail: voxels as wide as pixels where those at hand are smaller
     Undirected undirected = Undirected::isotropic;
     bool aovs = false;   ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
     Vec3d background{0}; ///< radiance behind everything, linear RGB

@@ -28,7 +28,8 @@ Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d
     const double cos_phi = N.dot(Q), cos_q = V.dot(Q);
     const double r = std::max(N.dot(V), kMinCosine), q = std::max(cos_q, kMinCosine);
     const double g_over_r = std::min({1 / r, 2 * cos_phi / q, 2 * cos_phi * cos_i / (q * r)});
-    result.specular = lobe.beta * distribution(lobe, acosClamped(cos_phi)) * fresnel(cos_q, lobe.n) * std::max(0.0, g_over_r);
+    result.specular = lobe.beta * distribution(lobe, acosClamped(cos_phi)) * fresnel(cos_q, lobe.n)
+        * std::max(0.0, g_over_r);
     return result;
 }
 
@@ -52,7 +53,10 @@ double fresnel(double c, double n)
     return 0.5 * a * a * (1 + b * b);
 }
 
-Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L) { return reflect(lobe, N.dot(V) < 0 ? -N : N, V, L); }
+Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L)
+{
+    return reflect(lobe, N.dot(V) < 0 ? -N : N, V, L);
+}
 
 Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
 {
@@ -74,7 +78,8 @@ Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const 
     const double cos_i = normal.dot(L), cos_r = normal.dot(V);
     if (cos_i <= 0 || cos_r <= 0) return result;
     const double phi = acosClamped(tv) - acosClamped(-tl); // (11), misprint corrected
-    const double cos_q = std::sqrt(std::max(0.0, (1 + V.dot(L)) / 2)), q = std::max(cos_q, kMinCosine);
+    const double cos_q = std::sqrt(std::max(0.0, (1 + V.dot(L)) / 2)),
+                 q = std::max(cos_q, kMinCosine);
     const double g = std::min({1.0, 2 * cos_phi * cos_r / q, 2 * cos_phi * cos_i / q});
     result.specular = lobe.beta * distribution(lobe, phi) * fresnel(cos_q, lobe.n) * g;
     return result;

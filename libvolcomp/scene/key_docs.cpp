@@ -21,13 +21,15 @@ std::string keysAsMarkdown(const std::vector<KeyDoc>& docs)
     for (const std::string& name : order) {
         const auto head = heads.find(name);
         const bool array = head != heads.end() && head->second->type == "array of tables";
-        text += name.empty() ? "### at the top\n\n" : fmt::format(array ? "### `[[{}]]`\n\n" : "### `[{}]`\n\n", name);
+        text += name.empty() ? "### at the top\n\n"
+                             : fmt::format(array ? "### `[[{}]]`\n\n" : "### `[{}]`\n\n", name);
         if (head != heads.end()) text += head->second->meaning + ".\n\n";
         if (rows[name].empty()) continue;
         text += "| key | type | default | range | unit | meaning |\n|---|---|---|---|---|---|\n";
         for (const KeyDoc* d : rows[name])
             text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", d->key, d->type,
-                                d->fallback == "required" ? d->fallback : "`" + d->fallback + "`", d->range, d->unit, d->meaning);
+                                d->fallback == "required" ? d->fallback : "`" + d->fallback + "`",
+                                d->range, d->unit, d->meaning);
         text += "\n";
     }
     return text;

@@ -24,18 +24,22 @@ std::string namesOf(const std::vector<T>& list)
 
 /// Fails at the key of `table` that holds `name`, where no element of the list has it.
 template <class T>
-void requireName(const TableReader& table, const char* key, const std::string& what, const std::vector<T>& list, const std::string& name)
+void requireName(const TableReader& table, const char* key, const std::string& what,
+                 const std::vector<T>& list, const std::string& name)
 {
     table.require(hasName(list, name), key, "the name of a " + what + " (" + namesOf(list) + ")");
 }
 
 void readBoxes(TableReader& r, Scene& s)
 {
-    for (auto& [name, table] : r.named({"box", "", "A kind of volume box, grown by a recursive function"})) {
+    for (auto& [name, table] :
+         r.named({"box", "", "A kind of volume box, grown by a recursive function"})) {
         std::vector<std::string> materials;
         for (const Material& m : s.materials) materials.push_back(m.name);
         const std::string& key = name;
-        s.boxes.erase(std::remove_if(s.boxes.begin(), s.boxes.end(), [&](const Primitive& p) { return p.name == key; }), s.boxes.end());
+        s.boxes.erase(std::remove_if(s.boxes.begin(), s.boxes.end(),
+                                     [&](const Primitive& p) { return p.name == key; }),
+                      s.boxes.end());
         s.boxes.push_back(readPrimitive(table, name, materials));
     }
 }
@@ -47,15 +51,18 @@ void readSurfaces(TableReader& r, Scene& s)
         const std::string& skin = s.surfaces.back().skin.material;
         if (skin.empty()) continue;
         requireName(table, "skin", "material", s.materials, skin);
-        const auto material = std::find_if(s.materials.begin(), s.materials.end(), [&](const Material& m) { return m.name == skin; });
-        table.require(material->kind == MaterialKind::surface, "skin", "a material of kind surface");
+        const auto material = std::find_if(s.materials.begin(), s.materials.end(),
+                                           [&](const Material& m) { return m.name == skin; });
+        table.require(material->kind == MaterialKind::surface, "skin",
+                      "a material of kind surface");
     }
 }
 
 void readLayers(TableReader& r, Scene& s)
 {
     int index = 0;
-    for (auto& table : r.tables({"layer", "", "One kind of box over one surface, with its second densities"})) {
+    for (auto& table :
+         r.tables({"layer", "", "One kind of box over one surface, with its second densities"})) {
         Layer layer = readLayer(table, index++);
         if (layer.surface.empty() && s.surfaces.size() == 1) layer.surface = s.surfaces[0].name;
         requireName(table, "box", "box", s.boxes, layer.box);
@@ -85,7 +92,8 @@ void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s
     for (const std::string& name : names) {
         r.require(depth < kIncludeDepth, "include", "files that do not include each other");
         const std::filesystem::path file = r.file().parent_path() / name;
-        r.require(std::filesystem::is_regular_file(file), "include", "files relative to this one (there is no '" + file.string() + "')");
+        r.require(std::filesystem::is_regular_file(file), "include",
+                  "files relative to this one (there is no '" + file.string() + "')");
         TableReader other = TableReader::open(file);
         Scene included = read(other, depth + 1);
         for (Material& m : included.materials)
@@ -100,8 +108,11 @@ Scene read(TableReader& r, int depth)
     Scene s;
     s.file = r.file();
     const auto included = r.texts(
-        {"include", "", "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"}, {});
-    for (auto& [name, table] : r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
+        {"include", "",
+         "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"},
+        {});
+    for (auto& [name, table] :
+         r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
         s.materials.push_back(readMaterial(table, name));
     addIncluded(included, r, s, depth);
     readBoxes(r, s);
@@ -131,9 +142,12 @@ void leaveOut(Scene& scene, const std::string& surface)
     if (!hasName(scene.surfaces, surface)) {
         std::string names;
         for (const SurfaceSpec& s : scene.surfaces) names += (names.empty() ? "" : ", ") + s.name;
-        throw fileError(scene.file, "--leave-out", "the name of a surface (" + names + ")", "'" + surface + "'");
+        throw fileError(scene.file, "--leave-out", "the name of a surface (" + names + ")",
+                        "'" + surface + "'");
     }
-    const auto drop = [](auto& list, const auto& which) { list.erase(std::remove_if(list.begin(), list.end(), which), list.end()); };
+    const auto drop = [](auto& list, const auto& which) {
+        list.erase(std::remove_if(list.begin(), list.end(), which), list.end());
+    };
     drop(scene.surfaces, [&](const SurfaceSpec& s) { return s.name == surface; });
     drop(scene.layers, [&](const Layer& l) { return l.surface == surface; });
 }

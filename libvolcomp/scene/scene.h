@@ -30,11 +30,13 @@ struct Scene {
     RenderParams render;
 };
 
-/// Reads a scene (TOML). Throws Error with the file, line and value for anything that is not as scenes/README.md says:
-/// syntax, unknown and missing keys, wrong types, values out of range, names that nothing has.
+/// Reads a scene (TOML). Throws Error with the file, line and value for anything that is not as
+/// scenes/README.md says: syntax, unknown and missing keys, wrong types, values out of range, names
+/// that nothing has.
 Scene readScene(const std::filesystem::path& file);
 
-/// Takes a surface and the layers on it out of a scene. Throws Error where there is no surface of that name.
+/// Takes a surface and the layers on it out of a scene. Throws Error where there is no surface of
+/// that name.
 void leaveOut(Scene& scene, const std::string& surface);
 
 /// Every key that readScene() knows, in the order of the documentation.

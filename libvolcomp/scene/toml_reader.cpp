@@ -39,14 +39,18 @@ std::string nearest(const std::string& word, const std::vector<std::string>& kno
     std::string best;
     std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
     for (const std::string& candidate : known)
-        if (const std::size_t d = distance(word, candidate); d <= best_distance && (best.empty() || d < best_distance)) {
+        if (const std::size_t d = distance(word, candidate);
+            d <= best_distance && (best.empty() || d < best_distance)) {
             best = candidate;
             best_distance = d;
         }
     return best;
 }
 
-std::string joined(const std::vector<std::string>& words, const char* between) { return fmt::format("{}", fmt::join(words, between)); }
+std::string joined(const std::vector<std::string>& words, const char* between)
+{
+    return fmt::format("{}", fmt::join(words, between));
+}
 
 std::string rangeText(Interval r)
 {
@@ -71,7 +75,10 @@ std::string pointed(const std::string& message, const toml::value& at, const std
     return text.rfind(prefix, 0) == 0 ? text.substr(prefix.size()) : text;
 }
 
-std::string vectorText(const Vec3d& v) { return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]); }
+std::string vectorText(const Vec3d& v)
+{
+    return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]);
+}
 
 double fromSrgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
 
@@ -108,17 +115,19 @@ struct TableReader::State {
         return state;
     }
 
-    [[noreturn]] void fail(const toml::value& at, const char* key, const std::string& expected) const
+    [[noreturn]] void fail(const toml::value& at, const char* key,
+                           const std::string& expected) const
     {
-        throw Error(
-            pointed(fmt::format("{}:{}: {}: expected {}, found {}", file.string(), at.location().line(), path(key), expected, found(at)),
-                    at, "expected " + expected));
+        throw Error(pointed(fmt::format("{}:{}: {}: expected {}, found {}", file.string(),
+                                        at.location().line(), path(key), expected, found(at)),
+                            at, "expected " + expected));
     }
 
     static std::string found(const toml::value& v)
     {
         std::string text = toml::format(v);
-        while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+        while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
+            text.pop_back();
         if (text.size() > 60) text = text.substr(0, 57) + "...";
         if (v.is_table()) return "a table";
         return text;
@@ -126,27 +135,33 @@ struct TableReader::State {
 
     void describe(const Key& key, std::string type, std::string fallback, std::string range) const
     {
-        if (docs) docs->push_back({name, key.name, std::move(type), std::move(fallback), std::move(range), key.unit, key.meaning});
+        if (docs)
+            docs->push_back({name, key.name, std::move(type), std::move(fallback), std::move(range),
+                             key.unit, key.meaning});
     }
 
     /// Throws for an absent required key, unless describing.
     void missing(const Key& key, const std::string& type) const
     {
         if (docs) return;
-        const std::string expected = fmt::format("{} ({}{}{})", type, key.meaning, *key.unit ? ", " : "", key.unit);
+        const std::string expected =
+            fmt::format("{} ({}{}{})", type, key.meaning, *key.unit ? ", " : "", key.unit);
         std::string advice = fmt::format("add {} = ... to this table", key.name);
         if (value)
             for (const auto& [other, v] : value->as_table()) // close enough to be the key, misspelt
                 if (distance(other, key.name) <= std::strlen(key.name) / 3)
                     advice = fmt::format("is '{}' meant to be '{}'?", other, key.name);
         if (value && value->location().line() > 0 && !name.empty())
-            throw Error(pointed(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}", file.string(), value->location().line(),
-                                            name, key.name, expected),
+            throw Error(pointed(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}",
+                                            file.string(), value->location().line(), name, key.name,
+                                            expected),
                                 *value, advice));
-        throw Error(fmt::format("{}: the key '{}' is missing; expected {}", file.string(), path(key.name), expected));
+        throw Error(fmt::format("{}: the key '{}' is missing; expected {}", file.string(),
+                                path(key.name), expected));
     }
 
-    double real(const toml::value& v, const char* key, Interval range, const std::string& expected) const
+    double real(const toml::value& v, const char* key, Interval range,
+                const std::string& expected) const
     {
         double x = 0;
         if (v.is_integer()) x = static_cast<double>(v.as_integer());
@@ -156,7 +171,8 @@ struct TableReader::State {
         return x;
     }
 
-    std::vector<double> reals(const toml::value& v, const char* key, Interval range, const std::string& expected) const
+    std::vector<double> reals(const toml::value& v, const char* key, Interval range,
+                              const std::string& expected) const
     {
         if (!v.is_array()) fail(v, key, expected);
         std::vector<double> result;
@@ -172,20 +188,24 @@ TableReader::~TableReader() = default;
 TableReader TableReader::open(const fs::path& file)
 {
     std::error_code code;
-    if (fs::is_directory(file, code)) throw fileError(file, "", "a scene file (TOML)", "a directory");
+    if (fs::is_directory(file, code))
+        throw fileError(file, "", "a scene file (TOML)", "a directory");
     std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw fileError(file, "", "a scene file (TOML)", "no readable file", "Check the path.");
+    if (!stream)
+        throw fileError(file, "", "a scene file (TOML)", "no readable file", "Check the path.");
     auto state = std::make_unique<State>();
     state->file = file;
     try {
         auto root = std::make_shared<toml::value>(toml::parse(stream, file.string()));
         state->value = root.get();
         state->root = std::move(root);
-    } catch (const std::exception& e) { // toml::syntax_error, and out_of_range for numbers that overflow
+    } catch (
+        const std::exception& e) { // toml::syntax_error, and out_of_range for numbers that overflow
         throw Error(file.string() + ": not valid TOML.\n" + e.what());
     }
     if (!state->value->is_table() || state->value->as_table().empty())
-        throw fileError(file, "", "a scene", "an empty file", "scenes/README.md shows what a scene holds.");
+        throw fileError(file, "", "a scene", "an empty file",
+                        "scenes/README.md shows what a scene holds.");
     return TableReader(std::move(state));
 }
 
@@ -197,14 +217,21 @@ TableReader TableReader::describing(std::vector<KeyDoc>& docs)
     return TableReader(std::move(state));
 }
 
-bool TableReader::has(const char* name) const { return m_state->value && m_state->value->contains(name); }
+bool TableReader::has(const char* name) const
+{
+    return m_state->value && m_state->value->contains(name);
+}
 bool TableReader::isDescribing() const { return m_state->docs != nullptr; }
 const fs::path& TableReader::file() const { return m_state->file; }
-std::string TableReader::toml() const { return m_state->value ? toml::format(*m_state->value) : std::string(); }
+std::string TableReader::toml() const
+{
+    return m_state->value ? toml::format(*m_state->value) : std::string();
+}
 
 double TableReader::number(const Key& key, std::optional<double> fallback, Interval range)
 {
-    m_state->describe(key, "number", fallback ? fmt::format("{:g}", *fallback) : "required", rangeText(range));
+    m_state->describe(key, "number", fallback ? fmt::format("{:g}", *fallback) : "required",
+                      rangeText(range));
     const std::string expected = withRange("a number", range);
     if (const auto* v = m_state->find(key)) return m_state->real(*v, key.name, range, expected);
     if (!fallback) m_state->missing(key, expected);
@@ -217,7 +244,8 @@ int TableReader::integer(const Key& key, std::optional<int> fallback, Interval r
     range.low = std::max(range.low, double(std::numeric_limits<int>::min()));
     const bool unlimited = range.high == std::numeric_limits<int>::max();
     const Interval shown{range.low, unlimited ? kInfinity : range.high};
-    m_state->describe(key, "integer", fallback ? std::to_string(*fallback) : "required", rangeText(shown));
+    m_state->describe(key, "integer", fallback ? std::to_string(*fallback) : "required",
+                      rangeText(shown));
     const std::string expected = withRange("a whole number", shown);
     if (const auto* v = m_state->find(key)) {
         if (!v->is_integer()) m_state->fail(*v, key.name, expected);
@@ -275,16 +303,20 @@ fs::path TableReader::path(const Key& key, std::optional<std::string> fallback)
     return given.empty() ? fs::path() : m_state->file.parent_path() / given;
 }
 
-std::vector<double> TableReader::numbers(const Key& key, std::vector<double> fallback, Interval range)
+std::vector<double> TableReader::numbers(const Key& key, std::vector<double> fallback,
+                                         Interval range)
 {
-    m_state->describe(key, "array of numbers", fmt::format("[{}]", fmt::join(fallback, ", ")), rangeText(range));
+    m_state->describe(key, "array of numbers", fmt::format("[{}]", fmt::join(fallback, ", ")),
+                      rangeText(range));
     const auto* v = m_state->find(key);
-    return v ? m_state->reals(*v, key.name, range, withRange("an array of numbers", range)) : fallback;
+    return v ? m_state->reals(*v, key.name, range, withRange("an array of numbers", range))
+             : fallback;
 }
 
 Vec3d TableReader::vector(const Key& key, std::optional<Vec3d> fallback, Interval range)
 {
-    m_state->describe(key, "vector", fallback ? vectorText(*fallback) : "required", rangeText(range));
+    m_state->describe(key, "vector", fallback ? vectorText(*fallback) : "required",
+                      rangeText(range));
     const std::string expected = withRange("three numbers [x, y, z]", range);
     if (const auto* v = m_state->find(key)) {
         const auto x = m_state->reals(*v, key.name, range, expected);
@@ -297,15 +329,19 @@ Vec3d TableReader::vector(const Key& key, std::optional<Vec3d> fallback, Interva
 
 Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interval range)
 {
-    m_state->describe(key, "colour", fallback ? vectorText(*fallback) : "required", rangeText(range));
-    const std::string expected = withRange("a colour, [r, g, b] (linear) or \"#rrggbb\" (sRGB),", range);
+    m_state->describe(key, "colour", fallback ? vectorText(*fallback) : "required",
+                      rangeText(range));
+    const std::string expected =
+        withRange("a colour, [r, g, b] (linear) or \"#rrggbb\" (sRGB),", range);
     if (const auto* v = m_state->find(key)) {
         if (v->is_string()) {
             const std::string& s = v->as_string().str;
-            if (s.size() != 7 || s[0] != '#' || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
+            if (s.size() != 7 || s[0] != '#'
+                || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
                 m_state->fail(*v, key.name, expected);
             const unsigned long rgb = std::stoul(s.substr(1), nullptr, 16);
-            return {fromSrgb((rgb >> 16) / 255.0), fromSrgb((rgb >> 8 & 255) / 255.0), fromSrgb((rgb & 255) / 255.0)};
+            return {fromSrgb((rgb >> 16) / 255.0), fromSrgb((rgb >> 8 & 255) / 255.0),
+                    fromSrgb((rgb & 255) / 255.0)};
         }
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
@@ -331,9 +367,12 @@ Vec3d TableReader::direction(const Key& key, std::optional<Vec3d> fallback)
     return d / d.length();
 }
 
-std::pair<double, double> TableReader::span(const Key& key, std::optional<std::pair<double, double>> fallback, Interval range)
+std::pair<double, double>
+TableReader::span(const Key& key, std::optional<std::pair<double, double>> fallback, Interval range)
 {
-    m_state->describe(key, "span", fallback ? fmt::format("[{:g}, {:g}]", fallback->first, fallback->second) : "required",
+    m_state->describe(key, "span",
+                      fallback ? fmt::format("[{:g}, {:g}]", fallback->first, fallback->second)
+                               : "required",
                       rangeText(range));
     const std::string expected = withRange("a number or [low, high] with low <= high,", range);
     if (const auto* v = m_state->find(key)) {
@@ -349,16 +388,19 @@ std::pair<double, double> TableReader::span(const Key& key, std::optional<std::p
     return fallback.value_or(std::pair(lowest(range), lowest(range)));
 }
 
-int TableReader::word(const Key& key, std::optional<int> fallback, const std::vector<std::string>& words)
+int TableReader::word(const Key& key, std::optional<int> fallback,
+                      const std::vector<std::string>& words)
 {
-    m_state->describe(key, "word", fallback ? '"' + words[*fallback] + '"' : "required", joined(words, ", "));
+    m_state->describe(key, "word", fallback ? '"' + words[*fallback] + '"' : "required",
+                      joined(words, ", "));
     const std::string expected = "one of \"" + joined(words, "\", \"") + "\"";
     if (const auto* v = m_state->find(key)) {
         if (!v->is_string()) m_state->fail(*v, key.name, expected);
         const auto it = std::find(words.begin(), words.end(), v->as_string().str);
         if (it == words.end()) {
             const std::string hint = nearest(v->as_string().str, words);
-            m_state->fail(*v, key.name, hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
+            m_state->fail(*v, key.name,
+                          hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
         }
         return static_cast<int>(it - words.begin());
     }
@@ -378,9 +420,12 @@ TableReader TableReader::table(const Key& key)
 std::vector<TableReader> TableReader::tables(const Key& key)
 {
     std::vector<TableReader> result;
-    const auto add = [&](const toml::value* v) { result.push_back(TableReader(m_state->child(m_state->path(key.name), v))); };
+    const auto add = [&](const toml::value* v) {
+        result.push_back(TableReader(m_state->child(m_state->path(key.name), v)));
+    };
     if (m_state->docs) {
-        m_state->docs->push_back({m_state->path(key.name), "", "array of tables", "", "", "", key.meaning});
+        m_state->docs->push_back(
+            {m_state->path(key.name), "", "array of tables", "", "", "", key.meaning});
         add(nullptr);
     }
     if (const auto* v = m_state->find(key)) {
@@ -398,21 +443,29 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
 {
     std::vector<std::pair<std::string, TableReader>> result;
     const auto add = [&](const std::string& name, const toml::value* v) {
-        result.emplace_back(name, TableReader(m_state->child(m_state->path(key.name) + "." + name, v)));
+        result.emplace_back(name,
+                            TableReader(m_state->child(m_state->path(key.name) + "." + name, v)));
     };
     if (m_state->docs) {
-        m_state->docs->push_back({m_state->path(key.name) + ".NAME", "", "named table", "", "", "", key.meaning});
+        m_state->docs->push_back(
+            {m_state->path(key.name) + ".NAME", "", "named table", "", "", "", key.meaning});
         add("NAME", nullptr);
     }
     if (const auto* v = m_state->find(key)) {
-        if (!v->is_table()) m_state->fail(*v, key.name, fmt::format("tables [{}.NAME]", m_state->path(key.name)));
+        if (!v->is_table())
+            m_state->fail(*v, key.name, fmt::format("tables [{}.NAME]", m_state->path(key.name)));
         std::vector<std::pair<std::string, const toml::value*>> sorted;
         for (const auto& [name, x] : v->as_table()) sorted.emplace_back(name, &x);
         std::sort(sorted.begin(), sorted.end());
         for (const auto& [name, x] : sorted) {
-            if (!x->is_table()) m_state->fail(*x, key.name, fmt::format("a table [{}.{}]", m_state->path(key.name), name));
-            if (name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != name.npos)
-                m_state->fail(*x, key.name, "a name of letters, digits, '_' and '-', not '" + name + "',");
+            if (!x->is_table())
+                m_state->fail(*x, key.name,
+                              fmt::format("a table [{}.{}]", m_state->path(key.name), name));
+            if (name.find_first_not_of(
+                    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
+                != name.npos)
+                m_state->fail(*x, key.name,
+                              "a name of letters, digits, '_' and '-', not '" + name + "',");
             add(name, x);
         }
     }
@@ -422,7 +475,8 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
 void TableReader::require(bool holds, const char* name, const std::string& expected) const
 {
     if (holds || m_state->docs) return;
-    if (m_state->value && m_state->value->contains(name)) m_state->fail(m_state->value->as_table().at(name), name, expected);
+    if (m_state->value && m_state->value->contains(name))
+        m_state->fail(m_state->value->as_table().at(name), name, expected);
     throw Error(fmt::format("{}: {}: expected {}", place(), m_state->path(name), expected));
 }
 
@@ -430,19 +484,22 @@ void TableReader::finish() const
 {
     if (m_state->docs || !m_state->value) return;
     for (const auto& [name, v] : m_state->value->as_table()) {
-        if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end()) continue;
+        if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end())
+            continue;
         const std::string hint = nearest(name, m_state->known);
-        const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ") : "did you mean '" + hint + "'?";
-        throw Error(
-            pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(), v.location().line(), m_state->path(name.c_str()), advice),
-                    v, advice));
+        const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ")
+                                                : "did you mean '" + hint + "'?";
+        throw Error(pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(),
+                                        v.location().line(), m_state->path(name.c_str()), advice),
+                            v, advice));
     }
 }
 
 std::string TableReader::place() const
 {
     std::string where = m_state->file.string();
-    if (m_state->value && !m_state->name.empty()) where += fmt::format(":{}: [{}]", m_state->value->location().line(), m_state->name);
+    if (m_state->value && !m_state->name.empty())
+        where += fmt::format(":{}: [{}]", m_state->value->location().line(), m_state->name);
     return where;
 }
 

@@ -1,8 +1,9 @@
 // Reads a TOML table key by key, and knows at the end which keys nobody asked for.
 //
-// Each key is asked for once, with its default, range, unit and meaning. The same calls read a file and, on a reader made by
-// describing(), list the keys for the documentation: what the parser accepts and what the page says cannot part.
-// Every failure is an Error with the file, the line, the value underlined and what was expected.
+// Each key is asked for once, with its default, range, unit and meaning. The same calls read a file
+// and, on a reader made by describing(), list the keys for the documentation: what the parser
+// accepts and what the page says cannot part. Every failure is an Error with the file, the line,
+// the value underlined and what was expected.
 #pragma once
 
 #include <filesystem>
@@ -41,8 +42,8 @@ public:
     /// The root table of a file. Throws Error where the file is missing, unreadable or not TOML.
     static TableReader open(const std::filesystem::path& file);
 
-    /// A reader of nothing: every call returns its default (an absent required value: a zero or the range's low end)
-    /// and adds a row to `docs`.
+    /// A reader of nothing: every call returns its default (an absent required value: a zero or the
+    /// range's low end) and adds a row to `docs`.
     static TableReader describing(std::vector<KeyDoc>& docs);
 
     TableReader(TableReader&&) noexcept;
@@ -51,14 +52,19 @@ public:
     bool has(const char* name) const; ///< false while describing
     bool isDescribing() const;
 
-    // A default of std::nullopt makes the key required. Numbers may be written as integers or floats and must be finite.
+    // A default of std::nullopt makes the key required. Numbers may be written as integers or
+    // floats and must be finite.
     double number(const Key&, std::optional<double> fallback, Interval range);
     int integer(const Key&, std::optional<int> fallback, Interval range);
     bool flag(const Key&, bool fallback);
     std::string text(const Key&, std::optional<std::string> fallback);
-    std::vector<std::string> texts(const Key&, std::vector<std::string> fallback);         ///< one string or an array of them
-    std::filesystem::path path(const Key&, std::optional<std::string> fallback);           ///< relative to the scene file; "" stays empty
-    std::vector<double> numbers(const Key&, std::vector<double> fallback, Interval range); ///< an array of any length
+    std::vector<std::string>
+    texts(const Key&, std::vector<std::string> fallback); ///< one string or an array of them
+    std::filesystem::path
+    path(const Key&,
+         std::optional<std::string> fallback); ///< relative to the scene file; "" stays empty
+    std::vector<double> numbers(const Key&, std::vector<double> fallback,
+                                Interval range); ///< an array of any length
 
     /// Three numbers. A single number is not accepted.
     Vec3d vector(const Key&, std::optional<Vec3d> fallback, Interval range = kAny);
@@ -67,7 +73,8 @@ public:
     /// A non-zero vector, returned at unit length.
     Vec3d direction(const Key&, std::optional<Vec3d> fallback);
     /// [low, high] with low <= high, or one number for both.
-    std::pair<double, double> span(const Key&, std::optional<std::pair<double, double>> fallback, Interval range);
+    std::pair<double, double> span(const Key&, std::optional<std::pair<double, double>> fallback,
+                                   Interval range);
 
     /// One of a list of words.
     template <class E, std::size_t N>
@@ -82,17 +89,20 @@ public:
         return words[word(key, index, names)].second;
     }
 
-    /// A sub-table. Absent: an empty one, whose required keys then fail (use has() where the table is optional).
+    /// A sub-table. Absent: an empty one, whose required keys then fail (use has() where the table
+    /// is optional).
     TableReader table(const Key&);
     /// The array of tables [[name]]. Absent: none. While describing: one.
     std::vector<TableReader> tables(const Key&);
     /// The tables [name.X], sorted by X. While describing: one, called NAME.
     std::vector<std::pair<std::string, TableReader>> named(const Key&);
 
-    /// Does nothing where `holds`; otherwise throws the Error that points at the key's value. Does nothing while describing.
+    /// Does nothing where `holds`; otherwise throws the Error that points at the key's value. Does
+    /// nothing while describing.
     void require(bool holds, const char* name, const std::string& expected) const;
 
-    /// Throws Error at the first key that was not asked for, with the nearest known key. Call it last.
+    /// Throws Error at the first key that was not asked for, with the nearest known key. Call it
+    /// last.
     void finish() const;
 
     /// "[material.fur] at scene.toml:12", for messages about the table as a whole.

@@ -32,16 +32,21 @@ Vec2d MapProjection::project(const Vec3d& p) const
     if (kind == ProjectionKind::plane) return {0.5 - x / width, 0.5 + z / height};
     double u = x == 0 && z == 0 ? 0.5 : 0.5 + std::atan2(x, z) / (2 * kPi);
     if (u >= 1) u -= 1;
-    return {u, kind == ProjectionKind::cylinder ? 0.5 + y / height : 0.5 + std::atan2(y, std::hypot(x, z)) / kPi};
+    return {u,
+            kind == ProjectionKind::cylinder ? 0.5 + y / height
+                                             : 0.5 + std::atan2(y, std::hypot(x, z)) / kPi};
 }
 
 MapProjection::Line MapProjection::line(const Vec2d& uv) const
 {
     const Frame f = frame();
-    if (kind == ProjectionKind::plane) return {centre - f.x * ((uv[0] - 0.5) * width) + f.z * ((uv[1] - 0.5) * height), f.y, false};
+    if (kind == ProjectionKind::plane)
+        return {centre - f.x * ((uv[0] - 0.5) * width) + f.z * ((uv[1] - 0.5) * height), f.y,
+                false};
     const double longitude = (uv[0] - 0.5) * 2 * kPi;
     const Vec3d out = f.x * std::sin(longitude) + f.z * std::cos(longitude);
-    if (kind == ProjectionKind::cylinder) return {centre + f.y * ((uv[1] - 0.5) * height), out, true};
+    if (kind == ProjectionKind::cylinder)
+        return {centre + f.y * ((uv[1] - 0.5) * height), out, true};
     const double latitude = (uv[1] - 0.5) * kPi;
     return {centre, out * std::cos(latitude) + f.y * std::sin(latitude), true};
 }
@@ -50,18 +55,26 @@ MapProjection readProjection(TableReader& r)
 {
     MapProjection p;
     p.kind = r.choice<ProjectionKind>(
-        {"projection", "", "how maps fall on the surface: by the mesh's texture coordinates, or from a sphere, a cylinder or a plane"},
+        {"projection", "",
+         "how maps fall on the surface: by the mesh's texture coordinates, or from a sphere, a cylinder or a plane"},
         p.kind,
         {{"uv", ProjectionKind::uv},
          {"sphere", ProjectionKind::sphere},
          {"cylinder", ProjectionKind::cylinder},
          {"plane", ProjectionKind::plane}});
     p.centre = r.vector({"centre", "m", "of the projection"}, p.centre);
-    p.axis = r.direction({"axis", "", "of the sphere's poles, of the cylinder, or across the plane"}, p.axis);
-    p.up = r.direction({"up", "", "sphere and cylinder: where the middle of the map faces; plane: the map's upward direction"}, p.up);
-    r.require(p.axis.cross(p.up).length() > 1e-6, "up", "a direction that is not parallel to 'axis'");
+    p.axis = r.direction(
+        {"axis", "", "of the sphere's poles, of the cylinder, or across the plane"}, p.axis);
+    p.up = r.direction(
+        {"up", "",
+         "sphere and cylinder: where the middle of the map faces; plane: the map's upward direction"},
+        p.up);
+    r.require(p.axis.cross(p.up).length() > 1e-6, "up",
+              "a direction that is not parallel to 'axis'");
     const auto size =
-        r.numbers({"projection_size", "m", "[width, height] of the map on a plane; on a cylinder the height counts"}, {1, 1}, kPositive);
+        r.numbers({"projection_size", "m",
+                   "[width, height] of the map on a plane; on a cylinder the height counts"},
+                  {1, 1}, kPositive);
     r.require(size.size() == 2, "projection_size", "two numbers [width, height]");
     if (size.size() == 2) p.width = size[0], p.height = size[1];
     p.validate();

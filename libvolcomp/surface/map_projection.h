@@ -15,8 +15,9 @@ enum class ProjectionKind {
     plane     ///< along the axis; the picture is upright for an eye on the +axis side
 };
 
-/// u grows to the right and v upwards in the picture: (0,0) is its lower left corner. On spheres and cylinders `up` is the direction
-/// that the picture's middle (u = 1/2) faces; in the plane it is the picture's upward direction.
+/// u grows to the right and v upwards in the picture: (0,0) is its lower left corner. On spheres
+/// and cylinders `up` is the direction that the picture's middle (u = 1/2) faces; in the plane it
+/// is the picture's upward direction.
 struct MapProjection {
     ProjectionKind kind = ProjectionKind::uv;
     Vec3d centre{0.0};
@@ -25,14 +26,16 @@ struct MapProjection {
     double width = 1;    ///< plane: world length of u from 0 to 1
     double height = 1;   ///< cylinder and plane: world length of v from 0 to 1
 
-    /// Throws Error where a number is not finite, a size is not positive or `up` is parallel to the axis.
+    /// Throws Error where a number is not finite, a size is not positive or `up` is parallel to the
+    /// axis.
     void validate() const;
 
-    /// (u,v) of a point, not for ProjectionKind::uv. Longitudes lie in [0, 1); the other coordinates may leave [0, 1].
-    /// On the axis of a sphere or cylinder the longitude is 1/2.
+    /// (u,v) of a point, not for ProjectionKind::uv. Longitudes lie in [0, 1); the other
+    /// coordinates may leave [0, 1]. On the axis of a sphere or cylinder the longitude is 1/2.
     Vec2d project(const Vec3d& p) const;
 
-    /// The line of all points that project to (u,v), not for ProjectionKind::uv. On spheres and cylinders it is a ray from the axis outward.
+    /// The line of all points that project to (u,v), not for ProjectionKind::uv. On spheres and
+    /// cylinders it is a ray from the axis outward.
     struct Line {
         Vec3d origin, direction; ///< direction is unit and points to where the projector stands
         bool ray;                ///< only t >= 0 counts

@@ -34,7 +34,10 @@ public:
     std::vector<std::vector<Vec2f>> face_uv;
     std::size_t normals_set = 0, uvs_set = 0, wrong_indices = 0;
 
-    om::VertexHandle add_vertex(const om::Vec3f& p) override { return add_vertex(om::Vec3d(p[0], p[1], p[2])); }
+    om::VertexHandle add_vertex(const om::Vec3f& p) override
+    {
+        return add_vertex(om::Vec3d(p[0], p[1], p[2]));
+    }
     om::VertexHandle add_vertex(const om::Vec3d& p) override
     {
         points.emplace_back(p[0], p[1], p[2]);
@@ -61,29 +64,42 @@ public:
         face_uv.emplace_back();
         return om::FaceHandle(static_cast<int>(faces.size()) - 1);
     }
-    void add_face_texcoords(om::FaceHandle f, om::VertexHandle, const std::vector<om::Vec2f>& uv) override
+    void add_face_texcoords(om::FaceHandle f, om::VertexHandle,
+                            const std::vector<om::Vec2f>& uv) override
     {
         if (!f.is_valid() || uv.size() != faces[f.idx()].size()) return;
         for (const om::Vec2f& x : uv) face_uv[f.idx()].emplace_back(x[0], x[1]);
     }
-    void add_face_texcoords(om::FaceHandle, om::VertexHandle, const std::vector<om::Vec3f>&) override { }
+    void add_face_texcoords(om::FaceHandle, om::VertexHandle,
+                            const std::vector<om::Vec3f>&) override
+    {
+    }
     void set_normal(om::VertexHandle v, const om::Vec3f& n) override
     {
         if (!known(v)) return;
         normals[v.idx()] = Vec3f(n[0], n[1], n[2]);
         ++normals_set;
     }
-    void set_normal(om::VertexHandle v, const om::Vec3d& n) override { set_normal(v, om::Vec3f(float(n[0]), float(n[1]), float(n[2]))); }
+    void set_normal(om::VertexHandle v, const om::Vec3d& n) override
+    {
+        set_normal(v, om::Vec3f(float(n[0]), float(n[1]), float(n[2])));
+    }
     void set_texcoord(om::VertexHandle v, const om::Vec2f& x) override
     {
         if (!known(v)) return;
         vertex_uv[v.idx()] = Vec2f(x[0], x[1]);
         ++uvs_set;
     }
-    void set_texcoord(om::VertexHandle v, const om::Vec3f& x) override { set_texcoord(v, om::Vec2f(x[0], x[1])); }
+    void set_texcoord(om::VertexHandle v, const om::Vec3f& x) override
+    {
+        set_texcoord(v, om::Vec2f(x[0], x[1]));
+    }
 
     // What a triangle soup has no place for.
-    om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override { return om::HalfedgeHandle(); }
+    om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override
+    {
+        return om::HalfedgeHandle();
+    }
     om::FaceHandle add_face(om::HalfedgeHandle) override { return om::FaceHandle(); }
     void set_face_texindex(om::FaceHandle, int) override { }
     void set_halfedge(om::VertexHandle, om::HalfedgeHandle) override { }
@@ -116,7 +132,10 @@ public:
     std::size_t n_edges() const override { return 0; }
 
 private:
-    bool known(om::VertexHandle v) const { return v.is_valid() && v.idx() < static_cast<int>(points.size()); }
+    bool known(om::VertexHandle v) const
+    {
+        return v.is_valid() && v.idx() < static_cast<int>(points.size());
+    }
 };
 
 /// OpenMesh's readers print what they think; our own messages say it.
@@ -147,11 +166,15 @@ std::vector<std::int32_t> weld(const std::vector<Vec3d>& points)
         }
     };
     struct Same {
-        bool operator()(const Vec3d& a, const Vec3d& b) const { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
+        bool operator()(const Vec3d& a, const Vec3d& b) const
+        {
+            return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+        }
     };
     std::unordered_map<Vec3d, std::int32_t, Hash, Same> first;
     std::vector<std::int32_t> result(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) result[i] = first.emplace(points[i], static_cast<std::int32_t>(i)).first->second;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        result[i] = first.emplace(points[i], static_cast<std::int32_t>(i)).first->second;
     return result;
 }
 
@@ -167,11 +190,15 @@ std::vector<EdgeUse> edgesOf(const Mesh& m, const std::vector<std::int32_t>& wel
     edges.reserve(m.triangles.size() * 3);
     for (std::size_t t = 0; t < m.triangles.size(); ++t)
         for (int i = 0; i < 3; ++i) {
-            const std::uint32_t a = welded[m.triangles[t][i]], b = welded[m.triangles[t][(i + 1) % 3]];
-            if (a != b) edges.push_back({std::uint64_t(std::min(a, b)) << 32 | std::max(a, b), static_cast<std::int32_t>(t), a < b});
+            const std::uint32_t a = welded[m.triangles[t][i]],
+                                b = welded[m.triangles[t][(i + 1) % 3]];
+            if (a != b)
+                edges.push_back({std::uint64_t(std::min(a, b)) << 32 | std::max(a, b),
+                                 static_cast<std::int32_t>(t), a < b});
         }
-    std::sort(edges.begin(), edges.end(),
-              [](const EdgeUse& x, const EdgeUse& y) { return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle; });
+    std::sort(edges.begin(), edges.end(), [](const EdgeUse& x, const EdgeUse& y) {
+        return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
+    });
     return edges;
 }
 
@@ -193,7 +220,8 @@ void orient(Mesh& m, const std::vector<std::int32_t>& welded, Orientation orient
             on_boundary[edges[i].triangle] = 1;
         } else if (j - i > 2) {
             ++m.report.non_manifold_edges;
-            for (std::size_t k = i; k < j; ++k) bad[edges[k].triangle] = on_boundary[edges[k].triangle] = 1;
+            for (std::size_t k = i; k < j; ++k)
+                bad[edges[k].triangle] = on_boundary[edges[k].triangle] = 1;
         } else {
             const bool agrees = edges[i].forward != edges[i + 1].forward;
             links[edges[i].triangle].push_back({edges[i + 1].triangle, agrees});
@@ -212,7 +240,8 @@ void orient(Mesh& m, const std::vector<std::int32_t>& welded, Orientation orient
         for (std::size_t k = 0; k < part.size(); ++k)
             for (const Link& link : links[part[k]])
                 if (turn[link.triangle] < 0) {
-                    turn[link.triangle] = static_cast<signed char>(link.agrees ? turn[part[k]] : 1 - turn[part[k]]);
+                    turn[link.triangle] =
+                        static_cast<signed char>(link.agrees ? turn[part[k]] : 1 - turn[part[k]]);
                     part.push_back(link.triangle);
                 }
         bool closed = true;
@@ -222,11 +251,13 @@ void orient(Mesh& m, const std::vector<std::int32_t>& welded, Orientation orient
         for (const std::int32_t t : part) {
             closed = closed && !on_boundary[t];
             turned += turn[t];
-            const double v = faceNormal(m, t).dot(m.points[m.triangles[t][0]] - reference) * (turn[t] ? -1 : 1);
+            const double v =
+                faceNormal(m, t).dot(m.points[m.triangles[t][0]] - reference) * (turn[t] ? -1 : 1);
             volume += v;
             magnitude += std::abs(v);
         }
-        bool invert = closed && std::abs(volume) > 1e-9 * magnitude ? volume < 0 : 2 * turned > part.size();
+        bool invert =
+            closed && std::abs(volume) > 1e-9 * magnitude ? volume < 0 : 2 * turned > part.size();
         if (orientation == Orientation::inward) invert = !invert;
         if (invert)
             for (const std::int32_t t : part) turn[t] = static_cast<signed char>(1 - turn[t]);
@@ -245,7 +276,8 @@ void orient(Mesh& m, const std::vector<std::int32_t>& welded, Orientation orient
     for (std::size_t t = 0; t < m.triangles.size(); ++t)
         for (const std::int32_t p : m.triangles[t]) around[p] += faceNormal(m, t);
     for (std::size_t p = 0; p < m.normals.size(); ++p)
-        if (normal_turned[p] && around[p].dot(Vec3d(m.normals[p])) < 0) m.normals[p] = -m.normals[p];
+        if (normal_turned[p] && around[p].dot(Vec3d(m.normals[p])) < 0)
+            m.normals[p] = -m.normals[p];
 }
 
 void computeNormals(Mesh& m, const std::vector<std::int32_t>& welded)
@@ -258,7 +290,8 @@ void computeNormals(Mesh& m, const std::vector<std::int32_t>& welded)
         n /= length;
         for (int i = 0; i < 3; ++i) {
             const auto& c = m.triangles[t];
-            const Vec3d a = m.points[c[(i + 1) % 3]] - m.points[c[i]], b = m.points[c[(i + 2) % 3]] - m.points[c[i]];
+            const Vec3d a = m.points[c[(i + 1) % 3]] - m.points[c[i]],
+                        b = m.points[c[(i + 2) % 3]] - m.points[c[i]];
             sum[welded[c[i]]] += n * std::atan2(a.cross(b).length(), a.dot(b));
         }
     }
@@ -274,9 +307,12 @@ void computeNormals(Mesh& m, const std::vector<std::int32_t>& welded)
 
 std::string MeshReport::text() const
 {
-    std::string s = fmt::format("{} points, {} triangles in {} part{}", vertices, triangles, parts, parts == 1 ? "" : "s");
+    std::string s = fmt::format("{} points, {} triangles in {} part{}", vertices, triangles, parts,
+                                parts == 1 ? "" : "s");
     if (boundary_edges) s += fmt::format(", {} open edges", boundary_edges);
-    if (non_manifold_faces) s += fmt::format(", {} non-manifold faces at {} edges (kept)", non_manifold_faces, non_manifold_edges);
+    if (non_manifold_faces)
+        s += fmt::format(", {} non-manifold faces at {} edges (kept)", non_manifold_faces,
+                         non_manifold_edges);
     if (zero_area) s += fmt::format(", {} triangles without area", zero_area);
     if (turned) s += fmt::format(", {} triangles turned round", turned);
     if (normals_computed) s += ", normals computed";
@@ -289,11 +325,15 @@ Mesh readMesh(const fs::path& file)
     const char* expected = "a mesh (OBJ, PLY, OFF or STL)";
     std::error_code code;
     if (!fs::is_regular_file(file, code))
-        throw fileError(file, "", expected, fs::exists(file, code) ? "something that is not a file" : "no file", "Check the path.");
+        throw fileError(file, "", expected,
+                        fs::exists(file, code) ? "something that is not a file" : "no file",
+                        "Check the path.");
     std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     if (ending != ".obj" && ending != ".ply" && ending != ".off" && ending != ".stl")
-        throw fileError(file, "", expected, "a name that ends in '" + ending + "'", "Convert it to one of these.");
+        throw fileError(file, "", expected, "a name that ends in '" + ending + "'",
+                        "Convert it to one of these.");
     if (fs::file_size(file, code) == 0) throw fileError(file, "", expected, "an empty file");
 
     // Named so that a static OpenMesh links its readers; they register themselves.
@@ -311,17 +351,23 @@ Mesh readMesh(const fs::path& file)
             ok = false;
         }
     }
-    if (!ok) throw fileError(file, "", expected, "content that OpenMesh cannot read", "Is the file complete, and what its ending says?");
+    if (!ok)
+        throw fileError(file, "", expected, "content that OpenMesh cannot read",
+                        "Is the file complete, and what its ending says?");
     if (soup.wrong_indices)
-        throw fileError(file, "", "faces over vertices that the file has", fmt::format("{} faces with other indices", soup.wrong_indices),
+        throw fileError(file, "", "faces over vertices that the file has",
+                        fmt::format("{} faces with other indices", soup.wrong_indices),
                         "Is the file complete?");
-    if (soup.faces.empty()) throw fileError(file, "", "faces", fmt::format("{} vertices and no face", soup.points.size()));
+    if (soup.faces.empty())
+        throw fileError(file, "", "faces",
+                        fmt::format("{} vertices and no face", soup.points.size()));
 
     Mesh m;
     m.points = std::move(soup.points);
     for (std::size_t i = 0; i < m.points.size(); ++i)
         if (!std::isfinite(m.points[i][0] + m.points[i][1] + m.points[i][2]))
-            throw fileError(file, fmt::format("vertex {}", i + 1), "finite coordinates", "NaN or infinity");
+            throw fileError(file, fmt::format("vertex {}", i + 1), "finite coordinates",
+                            "NaN or infinity");
     if (soup.normals_set >= m.points.size()) {
         m.normals = std::move(soup.normals);
         for (Vec3f& n : m.normals) {
@@ -329,7 +375,8 @@ Mesh readMesh(const fs::path& file)
             n = std::isfinite(length) && length > 1e-20f ? n / length : Vec3f(0.0f);
         }
     }
-    const bool face_uv = std::any_of(soup.face_uv.begin(), soup.face_uv.end(), [](const auto& x) { return !x.empty(); });
+    const bool face_uv = std::any_of(soup.face_uv.begin(), soup.face_uv.end(),
+                                     [](const auto& x) { return !x.empty(); });
     const bool has_uv = face_uv || soup.uvs_set >= m.points.size();
     for (std::size_t f = 0; f < soup.faces.size(); ++f) {
         const auto& face = soup.faces[f];
@@ -341,9 +388,11 @@ Mesh readMesh(const fs::path& file)
             m.triangles.push_back({face[a], face[b], face[c]});
             if (has_uv) m.uv.push_back({uvOf(a), uvOf(b), uvOf(c)});
         };
-        if (face.size() == 4) { // cut a quadrilateral along the diagonal that leaves no dent folded over
+        if (face.size()
+            == 4) { // cut a quadrilateral along the diagonal that leaves no dent folded over
             const auto normal = [&](std::size_t a, std::size_t b, std::size_t c) {
-                return (m.points[face[b]] - m.points[face[a]]).cross(m.points[face[c]] - m.points[face[a]]);
+                return (m.points[face[b]] - m.points[face[a]])
+                    .cross(m.points[face[c]] - m.points[face[a]]);
             };
             if (normal(0, 1, 2).dot(normal(0, 2, 3)) >= 0) add(0, 1, 2), add(0, 2, 3);
             else add(1, 2, 3), add(1, 3, 0);
@@ -352,7 +401,8 @@ Mesh readMesh(const fs::path& file)
     }
     for (const auto& corners : m.uv)
         for (const Vec2f& x : corners)
-            if (!std::isfinite(x[0] + x[1])) throw fileError(file, "", "finite texture coordinates", "NaN or infinity");
+            if (!std::isfinite(x[0] + x[1]))
+                throw fileError(file, "", "finite texture coordinates", "NaN or infinity");
     if (m.triangles.empty()) throw fileError(file, "", "faces of three corners or more", "none");
     m.report.vertices = m.points.size();
     m.report.faces = soup.faces.size();
@@ -366,7 +416,8 @@ void prepareMesh(Mesh& m, double scale, const Vec3d& move, Orientation orientati
     for (Vec3d& p : m.points) p = p * scale + move;
     const std::vector<std::int32_t> welded = weld(m.points);
     orient(m, welded, orientation);
-    for (std::size_t t = 0; t < m.triangles.size(); ++t) m.report.zero_area += !(faceNormal(m, t).length() > 0);
+    for (std::size_t t = 0; t < m.triangles.size(); ++t)
+        m.report.zero_area += !(faceNormal(m, t).length() > 0);
     m.report.normals_computed = m.normals.empty();
     if (m.normals.empty()) computeNormals(m, welded);
 }

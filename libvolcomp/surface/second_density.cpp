@@ -24,11 +24,13 @@ double perlin(const Vec3d& p, std::uint64_t seed)
         double weight = 1, d[3];
         for (int i = 0; i < 3; ++i) {
             const int bit = corner >> i & 1;
-            key = hashKey(key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]) + bit));
+            key =
+                hashKey(key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]) + bit));
             weight *= bit ? w[i] : 1 - w[i];
             d[i] = f[i] - bit;
         }
-        const int edge = static_cast<int>(key >> 60) % 12; // the gradient is the middle of one of a cube's edges
+        const int edge =
+            static_cast<int>(key >> 60) % 12; // the gradient is the middle of one of a cube's edges
         const double a = edge < 8 ? d[0] : d[1], b = edge < 4 ? d[1] : d[2];
         sum += weight * ((edge & 1 ? -a : a) + (edge & 2 ? -b : b));
     }
@@ -53,7 +55,9 @@ double gradientNoise(const Vec3d& p, int octaves, std::uint64_t seed)
 
 void MapSpec::validate() const
 {
-    if (!image.empty() && noise > 0) throw Error("map: expected an image or noise, found both in one factor; write them as two factors");
+    if (!image.empty() && noise > 0)
+        throw Error(
+            "map: expected an image or noise, found both in one factor; write them as two factors");
     if (!(noise >= 0) || octaves < 1 || octaves > 16 || channel < -1
         || !std::isfinite(low + high + noise + repeat[0] + repeat[1] + constant.lengthSqr()))
         throw Error("map: expected finite numbers, noise >= 0 and 1 to 16 octaves");
@@ -66,23 +70,44 @@ std::vector<MapSpec> readMaps(TableReader& r, const char* name, const char* mean
         MapSpec m;
         m.image = t.path({"image", "", "image file; several factors multiply"}, "");
         m.channel =
-            t.integer({"channel", "", "of the image, from 0; -1: luminance, or red, green and blue for a colour"}, m.channel, {-1, 1000});
+            t.integer({"channel", "",
+                       "of the image, from 0; -1: luminance, or red, green and blue for a colour"},
+                      m.channel, {-1, 1000});
         m.wrap = t.choice<Wrap>({"wrap", "", "the image outside of its unit square"}, m.wrap,
-                                {{"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}, {"mirror", Wrap::mirror}, {"black", Wrap::black}});
-        const auto repeat =
-            t.numbers({"repeat", "", "[across, up]: how often the image stands in the unit square of (u,v)"}, {1, 1}, {-1e6, 1e6});
+                                {{"repeat", Wrap::repeat},
+                                 {"clamp", Wrap::clamp},
+                                 {"mirror", Wrap::mirror},
+                                 {"black", Wrap::black}});
+        const auto repeat = t.numbers(
+            {"repeat", "", "[across, up]: how often the image stands in the unit square of (u,v)"},
+            {1, 1}, {-1e6, 1e6});
         t.require(repeat.size() == 2, "repeat", "two numbers");
         if (repeat.size() == 2) m.repeat = Vec2d(repeat[0], repeat[1]);
-        m.noise = t.number({"noise", "m", "size of the features of noise in the world; 0: no noise"}, m.noise, kNotNegative);
-        m.octaves = t.integer({"octaves", "", "of the noise, each half as large and half as strong as the one before"}, m.octaves, {1, 16});
-        m.seed = static_cast<std::uint64_t>(t.integer({"seed", "", "of the noise"}, 1, {0, kInfinity}));
-        if (colour) m.constant = t.colour({"constant", "", "a colour, where neither an image nor noise is given"}, m.constant);
-        else m.constant = Vec3d(t.number({"constant", "", "a number, where neither an image nor noise is given"}, m.constant[0], kAny));
+        m.noise =
+            t.number({"noise", "m", "size of the features of noise in the world; 0: no noise"},
+                     m.noise, kNotNegative);
+        m.octaves =
+            t.integer({"octaves", "",
+                       "of the noise, each half as large and half as strong as the one before"},
+                      m.octaves, {1, 16});
+        m.seed =
+            static_cast<std::uint64_t>(t.integer({"seed", "", "of the noise"}, 1, {0, kInfinity}));
+        if (colour)
+            m.constant =
+                t.colour({"constant", "", "a colour, where neither an image nor noise is given"},
+                         m.constant);
+        else
+            m.constant = Vec3d(
+                t.number({"constant", "", "a number, where neither an image nor noise is given"},
+                         m.constant[0], kAny));
         const auto range =
-            t.numbers({"range", "", "[at 0, at 1]: what 0 and 1 of the image or noise become; [1, 0] inverts"}, {0, 1}, kAny);
+            t.numbers({"range", "",
+                       "[at 0, at 1]: what 0 and 1 of the image or noise become; [1, 0] inverts"},
+                      {0, 1}, kAny);
         t.require(range.size() == 2, "range", "two numbers");
         if (range.size() == 2) m.low = range[0], m.high = range[1];
-        t.require(m.image.empty() || m.noise == 0, "noise", "an image or noise, not both in one factor");
+        t.require(m.image.empty() || m.noise == 0, "noise",
+                  "an image or noise, not both in one factor");
         t.finish();
         m.validate();
         maps.push_back(std::move(m));
@@ -98,7 +123,8 @@ Map::Map(const std::vector<MapSpec>& factors, bool colour)
         if (!spec.image.empty()) {
             auto texture = std::make_shared<Texture>(readTexture(spec.image, colour));
             if (spec.channel >= texture->channels)
-                throw fileError(spec.image, "", "channel " + std::to_string(spec.channel), std::to_string(texture->channels) + " channels",
+                throw fileError(spec.image, "", "channel " + std::to_string(spec.channel),
+                                std::to_string(texture->channels) + " channels",
                                 "They count from 0.");
             f.texture = std::move(texture);
         }
@@ -108,12 +134,14 @@ Map::Map(const std::vector<MapSpec>& factors, bool colour)
 
 bool Map::isConstant() const
 {
-    return std::all_of(m_factors.begin(), m_factors.end(), [](const Factor& f) { return !f.texture && f.spec.noise == 0; });
+    return std::all_of(m_factors.begin(), m_factors.end(),
+                       [](const Factor& f) { return !f.texture && f.spec.noise == 0; });
 }
 
 bool Map::usesUv() const
 {
-    return std::any_of(m_factors.begin(), m_factors.end(), [](const Factor& f) { return f.texture != nullptr; });
+    return std::any_of(m_factors.begin(), m_factors.end(),
+                       [](const Factor& f) { return f.texture != nullptr; });
 }
 
 float Map::value(const Vec2d& uv, const Vec3d& p) const
@@ -123,12 +151,16 @@ float Map::value(const Vec2d& uv, const Vec3d& p) const
         if (texture) {
             const double u = uv[0] * spec.repeat[0], v = uv[1] * spec.repeat[1];
             double x;
-            if (spec.channel >= 0 || texture->channels < 3) x = texture->sample(u, v, std::max(0, spec.channel), spec.wrap);
+            if (spec.channel >= 0 || texture->channels < 3)
+                x = texture->sample(u, v, std::max(0, spec.channel), spec.wrap);
             else
-                x = 0.2126 * texture->sample(u, v, 0, spec.wrap) + 0.7152 * texture->sample(u, v, 1, spec.wrap)
+                x = 0.2126 * texture->sample(u, v, 0, spec.wrap)
+                    + 0.7152 * texture->sample(u, v, 1, spec.wrap)
                     + 0.0722 * texture->sample(u, v, 2, spec.wrap);
             product *= spec.low + (spec.high - spec.low) * x;
-        } else if (spec.noise > 0) product *= spec.low + (spec.high - spec.low) * gradientNoise(p / spec.noise, spec.octaves, spec.seed);
+        } else if (spec.noise > 0)
+            product *= spec.low
+                + (spec.high - spec.low) * gradientNoise(p / spec.noise, spec.octaves, spec.seed);
         else product *= spec.constant[0];
     }
     return static_cast<float>(product);
@@ -138,12 +170,17 @@ Vec3f Map::colour(const Vec2d& uv, const Vec3d& p) const
 {
     Vec3d product(1.0);
     for (const auto& [spec, texture] : m_factors) {
-        const auto ranged = [&, low = spec.low, high = spec.high](double x) { return low + (high - low) * x; };
+        const auto ranged = [&, low = spec.low, high = spec.high](double x) {
+            return low + (high - low) * x;
+        };
         if (texture) {
             const double u = uv[0] * spec.repeat[0], v = uv[1] * spec.repeat[1];
-            const Vec3f c = spec.channel >= 0 ? Vec3f(texture->sample(u, v, spec.channel, spec.wrap)) : texture->colour(u, v, spec.wrap);
+            const Vec3f c = spec.channel >= 0
+                ? Vec3f(texture->sample(u, v, spec.channel, spec.wrap))
+                : texture->colour(u, v, spec.wrap);
             for (int i = 0; i < 3; ++i) product[i] *= ranged(c[i]);
-        } else if (spec.noise > 0) product *= ranged(gradientNoise(p / spec.noise, spec.octaves, spec.seed));
+        } else if (spec.noise > 0)
+            product *= ranged(gradientNoise(p / spec.noise, spec.octaves, spec.seed));
         else product *= spec.constant;
     }
     return Vec3f(product);

@@ -1,4 +1,5 @@
-// A second density (MODEL section 7): a number or a colour at every place of a surface, from images, constants, noise and products of them.
+// A second density (MODEL section 7): a number or a colour at every place of a surface, from
+// images, constants, noise and products of them.
 #pragma once
 
 #include <filesystem>
@@ -30,9 +31,11 @@ struct MapSpec {
 };
 
 /// Reads the array of tables `name`; none: an empty list. A colour map's constant is a colour.
-std::vector<MapSpec> readMaps(TableReader& table, const char* name, const char* meaning, bool colour);
+std::vector<MapSpec> readMaps(TableReader& table, const char* name, const char* meaning,
+                              bool colour);
 
-/// The product of its factors; of none, 1. Images are read once, in the constructor, which throws their Errors. May be asked from several threads.
+/// The product of its factors; of none, 1. Images are read once, in the constructor, which throws
+/// their Errors. May be asked from several threads.
 class Map {
 public:
     Map() = default;
@@ -51,7 +54,8 @@ private:
     std::vector<Factor> m_factors;
 };
 
-/// Perlin's gradient noise, improved (SIGGRAPH 2002) with a hash of 64 bits; about 0 to 1 with mean 1/2, clamped, its features of about the unit length.
+/// Perlin's gradient noise, improved (SIGGRAPH 2002) with a hash of 64 bits; about 0 to 1 with mean
+/// 1/2, clamped, its features of about the unit length.
 double gradientNoise(const Vec3d& p, int octaves, std::uint64_t seed);
 
 } // namespace volcomp

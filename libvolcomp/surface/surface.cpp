@@ -12,9 +12,10 @@
 namespace volcomp {
 namespace {
 
-/// Sorts triangles so that neighbours in the list are neighbours on the surface: halves the list across its longest extent, again and again.
-void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t>::iterator last, const std::vector<Vec3d>& centres,
-             bool backward)
+/// Sorts triangles so that neighbours in the list are neighbours on the surface: halves the list
+/// across its longest extent, again and again.
+void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t>::iterator last,
+             const std::vector<Vec3d>& centres, bool backward)
 {
     if (last - first <= 2) return;
     Vec3d low = centres[*first], high = low;
@@ -23,17 +24,20 @@ void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t
         high = openvdb::math::maxComponent(high, centres[*it]);
     }
     const Vec3d extent = high - low;
-    const int axis = extent[0] >= extent[1] ? (extent[0] >= extent[2] ? 0 : 2) : (extent[1] >= extent[2] ? 1 : 2);
+    const int axis = extent[0] >= extent[1] ? (extent[0] >= extent[2] ? 0 : 2)
+                                            : (extent[1] >= extent[2] ? 1 : 2);
     const auto middle = first + (last - first) / 2;
     std::nth_element(first, middle, last, [&](std::int32_t a, std::int32_t b) {
-        if (centres[a][axis] != centres[b][axis]) return (centres[a][axis] < centres[b][axis]) != backward;
+        if (centres[a][axis] != centres[b][axis])
+            return (centres[a][axis] < centres[b][axis]) != backward;
         return a < b;
     });
     kdOrder(first, middle, centres, false);
     kdOrder(middle, last, centres, true);
 }
 
-/// Sierpinski's curve: halves the triangle at the middle of the side from entry to exit. Area for area, and the curve is continuous.
+/// Sierpinski's curve: halves the triangle at the middle of the side from entry to exit. Area for
+/// area, and the curve is continuous.
 void sierpinski(double f, double b[3][2])
 {
     for (int level = 0; level < 44; ++level) {
@@ -59,7 +63,8 @@ void SurfaceSpec::validate() const
     const std::string place = "surface '" + name + "': ";
     if (!(scale > 0 && std::isfinite(scale))) throw Error(place + "expected a scale > 0");
     if (!std::isfinite(move.lengthSqr())) throw Error(place + "expected a finite 'translate'");
-    if (!(skin.transmittance > 0 && skin.transmittance < 1)) throw Error(place + "expected a skin transmittance between 0 and 1");
+    if (!(skin.transmittance > 0 && skin.transmittance < 1))
+        throw Error(place + "expected a skin transmittance between 0 and 1");
     projection.validate();
 }
 
@@ -69,35 +74,51 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
     s.name = name;
     s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
     const auto ground = r.numbers(
-        {"ground", "m", "instead of a mesh: [width, depth] of a plane in x and z, or of a height field; u runs along +X, v along -Z"}, {},
-        kPositive);
-    r.require((ground.size() == 2) != !s.mesh.empty(), s.mesh.empty() ? "ground" : "mesh", "either 'mesh' or 'ground = [width, depth]'");
+        {"ground", "m",
+         "instead of a mesh: [width, depth] of a plane in x and z, or of a height field; u runs along +X, v along -Z"},
+        {}, kPositive);
+    r.require((ground.size() == 2) != !s.mesh.empty(), s.mesh.empty() ? "ground" : "mesh",
+              "either 'mesh' or 'ground = [width, depth]'");
     if (ground.size() == 2) s.terrain.width = ground[0], s.terrain.depth = ground[1];
-    s.terrain.height_map = r.path({"height_map", "", "image whose luminance is the ground's height"}, "");
-    const auto heights = r.numbers({"height", "m", "[at 0, at 1]: height of the ground where height_map is 0 and 1"}, {0, 1}, kAny);
+    s.terrain.height_map =
+        r.path({"height_map", "", "image whose luminance is the ground's height"}, "");
+    const auto heights =
+        r.numbers({"height", "m", "[at 0, at 1]: height of the ground where height_map is 0 and 1"},
+                  {0, 1}, kAny);
     r.require(heights.size() == 2, "height", "two numbers");
     if (heights.size() == 2) s.terrain.low = heights[0], s.terrain.high = heights[1];
-    s.terrain.cells = r.integer({"cells", "", "of the height field along its longer side"}, s.terrain.cells, {1, 8192});
+    s.terrain.cells = r.integer({"cells", "", "of the height field along its longer side"},
+                                s.terrain.cells, {1, 8192});
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);
     s.move = r.vector({"translate", "m", "added to every point, after the scale"}, s.move);
     s.orientation = r.choice<Orientation>(
         {"orientation", "",
          "which side is outside: outward turns faces to agree with their neighbours and closed parts outward; file keeps what the file says; inward is the opposite of outward"},
-        s.orientation, {{"outward", Orientation::outward}, {"file", Orientation::file}, {"inward", Orientation::inward}});
+        s.orientation,
+        {{"outward", Orientation::outward},
+         {"file", Orientation::file},
+         {"inward", Orientation::inward}});
     s.projection = readProjection(r);
     s.skin.material = r.text(
-        {"skin", "", "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"}, "");
+        {"skin", "",
+         "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"},
+        "");
     s.skin.colour = r.colour({"skin_colour", "", "diffuse colour of the skin"}, s.skin.colour);
-    s.skin.maps = readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
-    s.skin.transmittance = r.number({"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"},
-                                    s.skin.transmittance, {1e-30, 0.999});
-    s.skin.depth = r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"}, s.skin.depth, {-1000, 1000});
+    s.skin.maps =
+        readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
+    s.skin.transmittance = r.number(
+        {"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"},
+        s.skin.transmittance, {1e-30, 0.999});
+    s.skin.depth =
+        r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"},
+                 s.skin.depth, {-1000, 1000});
     r.finish();
     s.validate();
     return s;
 }
 
-Surface::Surface(Mesh mesh, const MapProjection& projection, const std::string& place) : m_mesh(std::move(mesh)), m_projection(projection)
+Surface::Surface(Mesh mesh, const MapProjection& projection, const std::string& place)
+    : m_mesh(std::move(mesh)), m_projection(projection)
 {
     const std::size_t count = m_mesh.triangles.size();
     std::vector<Vec3d> centres(count);
@@ -107,7 +128,8 @@ Surface::Surface(Mesh mesh, const MapProjection& projection, const std::string& 
         const Vec3d &a = m_mesh.points[c[0]], &b = m_mesh.points[c[1]], &d = m_mesh.points[c[2]];
         centres[t] = (a + b + d) / 3;
         areas[t] = (b - a).cross(d - a).length() / 2;
-        if (areas[t] > 0 && std::isfinite(areas[t])) m_order.push_back(static_cast<std::int32_t>(t));
+        if (areas[t] > 0 && std::isfinite(areas[t]))
+            m_order.push_back(static_cast<std::int32_t>(t));
     }
     if (m_order.empty()) throw Error(place + ": expected triangles with an area, found none");
     kdOrder(m_order.begin(), m_order.end(), centres, false);
@@ -140,7 +162,8 @@ SurfacePoint Surface::at(std::int32_t triangle, double b1, double b2) const
     const double b0 = 1 - b1 - b2;
     const Vec3d &p0 = m_mesh.points[c[0]], &p1 = m_mesh.points[c[1]], &p2 = m_mesh.points[c[2]];
     s.position = p0 * b0 + p1 * b1 + p2 * b2;
-    s.normal = Vec3d(m_mesh.normals[c[0]]) * b0 + Vec3d(m_mesh.normals[c[1]]) * b1 + Vec3d(m_mesh.normals[c[2]]) * b2;
+    s.normal = Vec3d(m_mesh.normals[c[0]]) * b0 + Vec3d(m_mesh.normals[c[1]]) * b1
+        + Vec3d(m_mesh.normals[c[2]]) * b2;
     double length = s.normal.length();
     if (!(length > 1e-3)) {
         s.normal = (p1 - p0).cross(p2 - p0);
@@ -158,7 +181,8 @@ SurfacePoint Surface::at(std::int32_t triangle, double b1, double b2) const
 SurfacePoint Surface::atFraction(double f) const
 {
     const double wanted = std::clamp(f, 0.0, 1.0) * m_area.back();
-    const std::size_t k = std::min<std::size_t>(std::upper_bound(m_area.begin(), m_area.end(), wanted) - m_area.begin(), m_area.size() - 1);
+    const std::size_t k = std::min<std::size_t>(
+        std::upper_bound(m_area.begin(), m_area.end(), wanted) - m_area.begin(), m_area.size() - 1);
     const double before = k ? m_area[k - 1] : 0;
     const double inside = std::clamp((wanted - before) / (m_area[k] - before), 0.0, 1.0);
     double b[3][2] = {{0, 0}, {1, 0}, {0, 1}};
@@ -167,7 +191,9 @@ SurfacePoint Surface::atFraction(double f) const
     double longest = 0;
     int apex = 1;
     for (int i = 0; i < 3; ++i)
-        if (const double side = (m_mesh.points[c[(i + 1) % 3]] - m_mesh.points[c[(i + 2) % 3]]).lengthSqr(); side > longest)
+        if (const double side =
+                (m_mesh.points[c[(i + 1) % 3]] - m_mesh.points[c[(i + 2) % 3]]).lengthSqr();
+            side > longest)
             longest = side, apex = i;
     const double corner[3][2] = {{0, 0}, {1, 0}, {0, 1}};
     for (int i = 0; i < 3; ++i)
@@ -179,11 +205,12 @@ SurfacePoint Surface::atFraction(double f) const
 SurfacePoint Surface::onLine(std::int32_t triangle, const Vec3d& position) const
 {
     const auto& c = m_mesh.triangles[triangle];
-    const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]], e2 = m_mesh.points[c[2]] - m_mesh.points[c[0]],
-                d = position - m_mesh.points[c[0]];
+    const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]],
+                e2 = m_mesh.points[c[2]] - m_mesh.points[c[0]], d = position - m_mesh.points[c[0]];
     const Vec3d n = e1.cross(e2);
     const double area = n.lengthSqr();
-    double b1 = std::max(0.0, d.cross(e2).dot(n) / area), b2 = std::max(0.0, e1.cross(d).dot(n) / area);
+    double b1 = std::max(0.0, d.cross(e2).dot(n) / area),
+           b2 = std::max(0.0, e1.cross(d).dot(n) / area);
     if (const double over = b1 + b2; over > 1) b1 /= over, b2 /= over;
     return at(triangle, b1, b2);
 }
@@ -193,26 +220,34 @@ std::vector<SurfacePoint> Surface::sheets(const Vec2d& uv) const
     std::vector<SurfacePoint> result;
     if (m_projection.kind != ProjectionKind::uv) {
         const MapProjection::Line line = m_projection.line(uv);
-        for (const SurfaceTree::Hit& hit : m_tree->crossings(line.origin, line.direction, line.ray)) {
+        for (const SurfaceTree::Hit& hit :
+             m_tree->crossings(line.origin, line.direction, line.ray)) {
             result.push_back(onLine(hit.triangle, line.origin + line.direction * hit.t));
             result.back().uv = uv;
         }
         return result;
     }
     if (!m_uv_tree) return result;
-    for (const std::int32_t t : m_uv_tree->covering(uv[0], uv[1])) { // neighbours that share the point's edge give one sheet
+    for (const std::int32_t t : m_uv_tree->covering(
+             uv[0], uv[1])) { // neighbours that share the point's edge give one sheet
         const auto& corners = m_mesh.uv[t];
-        const Vec2d a(corners[0]), e1 = Vec2d(corners[1]) - a, e2 = Vec2d(corners[2]) - a, d = uv - a;
+        const Vec2d a(corners[0]), e1 = Vec2d(corners[1]) - a, e2 = Vec2d(corners[2]) - a,
+                                   d = uv - a;
         const double twice = perpendicular(e1, e2);
         const auto& c = m_mesh.triangles[t];
-        const bool has_area = (m_mesh.points[c[1]] - m_mesh.points[c[0]]).cross(m_mesh.points[c[2]] - m_mesh.points[c[0]]).lengthSqr() > 0;
+        const bool has_area = (m_mesh.points[c[1]] - m_mesh.points[c[0]])
+                                  .cross(m_mesh.points[c[2]] - m_mesh.points[c[0]])
+                                  .lengthSqr()
+            > 0;
         if (twice == 0 || !has_area) continue;
-        double b1 = std::max(0.0, perpendicular(d, e2) / twice), b2 = std::max(0.0, perpendicular(e1, d) / twice);
+        double b1 = std::max(0.0, perpendicular(d, e2) / twice),
+               b2 = std::max(0.0, perpendicular(e1, d) / twice);
         if (const double over = b1 + b2; over > 1) b1 /= over, b2 /= over;
         SurfacePoint s = at(t, b1, b2);
-        const bool known = std::any_of(result.begin(), result.end(), [&](const SurfacePoint& other) {
-            return (other.position - s.position).lengthSqr() < 1e-18 * area();
-        });
+        const bool known =
+            std::any_of(result.begin(), result.end(), [&](const SurfacePoint& other) {
+                return (other.position - s.position).lengthSqr() < 1e-18 * area();
+            });
         if (!known) result.push_back(s);
     }
     return result;
@@ -224,7 +259,8 @@ Vec2d Surface::uvNear(const Vec3d& p, std::int32_t& triangle) const
     const SurfaceWalk::Foot foot = m_walk.nearest(m_mesh, p, triangle);
     triangle = foot.triangle;
     const auto& corners = m_mesh.uv[triangle];
-    return Vec2d(corners[0]) * (1 - foot.b1 - foot.b2) + Vec2d(corners[1]) * foot.b1 + Vec2d(corners[2]) * foot.b2;
+    return Vec2d(corners[0]) * (1 - foot.b1 - foot.b2) + Vec2d(corners[1]) * foot.b1
+        + Vec2d(corners[2]) * foot.b2;
 }
 
 bool Surface::hides(const Vec3d& eye, const Vec3d& p) const
@@ -243,11 +279,13 @@ SurfacePoint Surface::nearest(const Vec3d& p) const
 Surface::UvGradient Surface::uvGradient(std::int32_t triangle) const
 {
     const auto& c = m_mesh.triangles[triangle];
-    const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]], e2 = m_mesh.points[c[2]] - m_mesh.points[c[0]];
+    const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]],
+                e2 = m_mesh.points[c[2]] - m_mesh.points[c[0]];
     const Vec3d n = e1.cross(e2);
     const double area = n.lengthSqr();
     if (!(area > 0) || m_mesh.uv.empty()) return {Vec3d(0.0), Vec3d(0.0)};
-    const Vec3d g1 = e2.cross(n) / area, g2 = n.cross(e1) / area; // gradients of the weights b1 and b2
+    const Vec3d g1 = e2.cross(n) / area,
+                g2 = n.cross(e1) / area; // gradients of the weights b1 and b2
     const auto& uv = m_mesh.uv[triangle];
     return {g1 * double(uv[1][0] - uv[0][0]) + g2 * double(uv[2][0] - uv[0][0]),
             g1 * double(uv[1][1] - uv[0][1]) + g2 * double(uv[2][1] - uv[0][1])};
@@ -261,7 +299,8 @@ Surface::UvGradient Surface::uvGradientAt(const SurfacePoint& s) const
     for (int i = 0; i < 3; ++i) {
         Vec3d e(0.0);
         e[i] = h;
-        const Vec2d a = m_projection.project(s.position - e), b = m_projection.project(s.position + e);
+        const Vec2d a = m_projection.project(s.position - e),
+                    b = m_projection.project(s.position + e);
         double du = b[0] - a[0];
         if (m_projection.kind != ProjectionKind::plane) du -= std::round(du); // across the seam
         g.du[i] = du / (2 * h);
@@ -277,7 +316,8 @@ Surface loadSurface(const SurfaceSpec& spec)
     spec.validate();
     Mesh mesh = spec.mesh.empty() ? makeTerrain(spec.terrain) : readMesh(spec.mesh);
     prepareMesh(mesh, spec.scale, spec.move, spec.orientation);
-    return Surface(std::move(mesh), spec.projection, spec.mesh.empty() ? "surface '" + spec.name + "'" : spec.mesh.string());
+    return Surface(std::move(mesh), spec.projection,
+                   spec.mesh.empty() ? "surface '" + spec.name + "'" : spec.mesh.string());
 }
 
 } // namespace volcomp

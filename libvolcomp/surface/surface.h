@@ -20,12 +20,12 @@ class TableReader;
 
 /// The surface itself as an opaque thin shell of voxels, so that nobody sees through the fur.
 struct SkinSpec {
-    std::string material;      ///< of kind surface; empty: no skin
-    Vec3d colour{1.0};         ///< linear RGB
-    std::vector<MapSpec> maps; ///< multiply the colour
-    double transmittance =
-        1e-6;         ///< along the normal, in the mean, > 0 and < 1; where voxels lie awkwardly one ray may meet 0.4 of that optical depth
-    double depth = 0; ///< of the shell's middle below the surface, voxels
+    std::string material;        ///< of kind surface; empty: no skin
+    Vec3d colour{1.0};           ///< linear RGB
+    std::vector<MapSpec> maps;   ///< multiply the colour
+    double transmittance = 1e-6; ///< along the normal, in the mean, > 0 and < 1; where voxels lie
+                                 ///< awkwardly one ray may meet 0.4 of that optical depth
+    double depth = 0;            ///< of the shell's middle below the surface, voxels
 };
 
 /// One [surface.NAME] of the scene.
@@ -57,7 +57,8 @@ struct SurfacePoint {
 /// A mesh or terrain with its projection: where boxes stand and maps fall.
 class Surface {
 public:
-    /// Takes a mesh as prepareMesh() leaves it. Throws Error where no triangle has an area. `place` names the surface in messages.
+    /// Takes a mesh as prepareMesh() leaves it. Throws Error where no triangle has an area. `place`
+    /// names the surface in messages.
     Surface(Mesh mesh, const MapProjection& projection, const std::string& place = "surface");
     ~Surface();
     Surface(Surface&&) noexcept;
@@ -67,22 +68,24 @@ public:
     bool hasUv() const { return m_projection.kind != ProjectionKind::uv || !m_mesh.uv.empty(); }
     double area() const { return m_area.back(); }
 
-    /// The point where the fraction `f` (0 to 1) of the area lies before it, along a curve that stays together: triangles are ordered as
-    /// leaves of a kd-tree, and Sierpinski's curve runs inside each. So equal intervals of f are pieces of equal area, most of them compact: stratified
-    /// f gives points that cover the surface evenly.
+    /// The point where the fraction `f` (0 to 1) of the area lies before it, along a curve that
+    /// stays together: triangles are ordered as leaves of a kd-tree, and Sierpinski's curve runs
+    /// inside each. So equal intervals of f are pieces of equal area, most of them compact:
+    /// stratified f gives points that cover the surface evenly.
     SurfacePoint atFraction(double f) const;
 
     /// A point by its triangle and weights; normal and (u,v) filled in.
     SurfacePoint at(std::int32_t triangle, double b1, double b2) const;
 
-    /// Where the line of (u,v) meets the surface: every sheet, from the projector's side (outside) inward. By texture coordinates: every triangle
-    /// that covers (u,v), in the mesh's order.
+    /// Where the line of (u,v) meets the surface: every sheet, from the projector's side (outside)
+    /// inward. By texture coordinates: every triangle that covers (u,v), in the mesh's order.
     std::vector<SurfacePoint> sheets(const Vec2d& uv) const;
 
     /// The nearest point of the surface.
     SurfacePoint nearest(const Vec3d& p) const;
-    /// Texture coordinates of the surface's point near `p` that a walk from `triangle` finds (SurfaceWalk); moves `triangle` there. From -1 it starts at the
-    /// nearest point of all. Only by texture coordinates, and where the mesh has them.
+    /// Texture coordinates of the surface's point near `p` that a walk from `triangle` finds
+    /// (SurfaceWalk); moves `triangle` there. From -1 it starts at the nearest point of all. Only
+    /// by texture coordinates, and where the mesh has them.
     Vec2d uvNear(const Vec3d& p, std::int32_t& triangle) const;
 
     /// True where the surface cuts the way from `eye` to `p` before the last thousandth of it.

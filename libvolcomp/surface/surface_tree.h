@@ -10,10 +10,12 @@
 
 namespace volcomp {
 
-/// Triangles without area are left out: nothing stands on them. All questions may be asked from several threads at a time.
+/// Triangles without area are left out: nothing stands on them. All questions may be asked from
+/// several threads at a time.
 class SurfaceTree {
 public:
-    SurfaceTree(const std::vector<Vec3d>& points, const std::vector<std::array<std::int32_t, 3>>& triangles);
+    SurfaceTree(const std::vector<Vec3d>& points,
+                const std::vector<std::array<std::int32_t, 3>>& triangles);
     ~SurfaceTree();
     SurfaceTree(SurfaceTree&&) noexcept;
 
@@ -29,11 +31,14 @@ public:
         double t; ///< position = origin + t direction
         std::int32_t triangle;
     };
-    /// Every triangle that the line (t >= 0 where `ray`) crosses, by falling t. Crossings are decided exactly: a line through a common edge misses
-    /// neither neighbour. Hits closer than 1e-9 of the tree's size are one sheet and counted once. Triangles that hold the line itself are left out.
+    /// Every triangle that the line (t >= 0 where `ray`) crosses, by falling t. Crossings are
+    /// decided exactly: a line through a common edge misses neither neighbour. Hits closer than
+    /// 1e-9 of the tree's size are one sheet and counted once. Triangles that hold the line itself
+    /// are left out.
     std::vector<Hit> crossings(const Vec3d& origin, const Vec3d& direction, bool ray) const;
 
-    /// Triangles that the line through `p` along z meets, by their index: for meshes that lie in the plane z = 0. Decided exactly.
+    /// Triangles that the line through `p` along z meets, by their index: for meshes that lie in
+    /// the plane z = 0. Decided exactly.
     std::vector<std::int32_t> covering(double x, double y) const;
 
 private:

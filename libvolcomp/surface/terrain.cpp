@@ -10,9 +10,11 @@ namespace volcomp {
 
 Mesh makeTerrain(const TerrainSpec& spec)
 {
-    if (!(spec.width > 0 && spec.depth > 0 && std::isfinite(spec.width + spec.depth + spec.low + spec.high)) || spec.cells < 1
-        || spec.cells > 8192)
-        throw Error("terrain: expected a positive width and depth, finite heights and 1 to 8192 cells");
+    if (!(spec.width > 0 && spec.depth > 0
+          && std::isfinite(spec.width + spec.depth + spec.low + spec.high))
+        || spec.cells < 1 || spec.cells > 8192)
+        throw Error(
+            "terrain: expected a positive width and depth, finite heights and 1 to 8192 cells");
     MapSpec map;
     map.image = spec.height_map;
     map.wrap = Wrap::clamp;
@@ -28,10 +30,13 @@ Mesh makeTerrain(const TerrainSpec& spec)
     for (int j = 0; j <= nz; ++j)
         for (int i = 0; i <= nx; ++i) {
             const double u = double(i) / nx, v = double(j) / nz;
-            m.points.emplace_back((u - 0.5) * spec.width, height.value({u, v}, Vec3d(0.0)), (0.5 - v) * spec.depth);
+            m.points.emplace_back((u - 0.5) * spec.width, height.value({u, v}, Vec3d(0.0)),
+                                  (0.5 - v) * spec.depth);
         }
     const auto add = [&](int a, int b, int c) {
-        const auto uv = [&](int p) { return Vec2f(float(p % (nx + 1)) / float(nx), float(p / (nx + 1)) / float(nz)); };
+        const auto uv = [&](int p) {
+            return Vec2f(float(p % (nx + 1)) / float(nx), float(p / (nx + 1)) / float(nz));
+        };
         m.triangles.push_back({a, b, c});
         m.uv.push_back({uv(a), uv(b), uv(c)});
     };

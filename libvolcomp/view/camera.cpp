@@ -10,23 +10,27 @@ namespace volcomp {
 void Camera::validate() const
 {
     const Vec3d view = target - eye;
-    if (!std::isfinite(eye.lengthSqr() + target.lengthSqr() + up.lengthSqr())) throw Error("camera: expected finite eye, target and up");
+    if (!std::isfinite(eye.lengthSqr() + target.lengthSqr() + up.lengthSqr()))
+        throw Error("camera: expected finite eye, target and up");
     if (!(view.cross(up).length() > 1e-9 * view.length() * up.length()))
         throw Error("camera: expected a target away from the eye, not straight along `up`");
     if (projection == Projection::perspective && !(field_of_view > 0 && field_of_view < kPi))
         throw Error("camera: expected 0 < field_of_view < pi radians");
-    if (projection == Projection::orthographic && !(width > 0 && std::isfinite(width))) throw Error("camera: expected a finite width > 0");
+    if (projection == Projection::orthographic && !(width > 0 && std::isfinite(width)))
+        throw Error("camera: expected a finite width > 0");
 }
 
 CameraRays::CameraRays(const Camera& camera, int width, int height)
-    : m_perspective(camera.projection == Projection::perspective), m_eye(camera.eye), m_x0(0.5 * width), m_y0(0.5 * height)
+    : m_perspective(camera.projection == Projection::perspective), m_eye(camera.eye),
+      m_x0(0.5 * width), m_y0(0.5 * height)
 {
     m_forward = camera.target - camera.eye;
     m_forward.normalize();
     m_right = m_forward.cross(camera.up);
     m_right.normalize();
     m_down = m_forward.cross(m_right);
-    const double pixel = (m_perspective ? 2 * std::tan(camera.field_of_view / 2) : camera.width) / width;
+    const double pixel =
+        (m_perspective ? 2 * std::tan(camera.field_of_view / 2) : camera.width) / width;
     m_right *= pixel;
     m_down *= pixel;
 }
@@ -51,15 +55,18 @@ double Camera::pixelFootprint(const Vec3d& p, int width_pixels) const
 Camera readCamera(TableReader& r)
 {
     Camera c;
-    c.projection = r.choice<Projection>({"projection", "", "kind of camera"}, c.projection,
-                                        {{"perspective", Projection::perspective}, {"orthographic", Projection::orthographic}});
+    c.projection = r.choice<Projection>(
+        {"projection", "", "kind of camera"}, c.projection,
+        {{"perspective", Projection::perspective}, {"orthographic", Projection::orthographic}});
     c.eye = r.vector({"eye", "m", "where the camera is"}, c.eye);
     c.target = r.vector({"target", "m", "what it looks at"}, c.target);
     c.up = r.direction({"up", "", "what is up in the picture"}, c.up);
-    c.field_of_view = kDegree * r.number({"field_of_view_degrees", "degrees", "horizontal; perspective"}, 40, {0.01, 170});
+    c.field_of_view = kDegree
+        * r.number({"field_of_view_degrees", "degrees", "horizontal; perspective"}, 40,
+                   {0.01, 170});
     c.width = r.number({"width", "m", "horizontal extent; orthographic"}, c.width, kPositive);
-    r.require((c.target - c.eye).cross(c.up).length() > 1e-9 * (c.target - c.eye).length(), "target",
-              "a point away from the eye, not straight along `up`");
+    r.require((c.target - c.eye).cross(c.up).length() > 1e-9 * (c.target - c.eye).length(),
+              "target", "a point away from the eye, not straight along `up`");
     r.finish();
     return c;
 }

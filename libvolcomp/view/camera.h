@@ -18,10 +18,12 @@ struct Camera {
     double field_of_view = 0.6981317007977318; ///< horizontal, radians, perspective
     double width = 2;                          ///< horizontal extent, world units, orthographic
 
-    /// Throws Error where a value is out of range or not finite, or the view has no direction or no up.
+    /// Throws Error where a value is out of range or not finite, or the view has no direction or no
+    /// up.
     void validate() const;
 
-    /// Edge of the square that one pixel of a picture `width_pixels` wide covers at the point `p`, world units.
+    /// Edge of the square that one pixel of a picture `width_pixels` wide covers at the point `p`,
+    /// world units.
     double pixelFootprint(const Vec3d& p, int width_pixels) const;
 };
 
@@ -40,7 +42,8 @@ public:
 
 private:
     bool m_perspective;
-    Vec3d m_eye, m_forward, m_right, m_down; ///< of a ray at the picture's middle; steps of one pixel
+    Vec3d m_eye, m_forward, m_right,
+        m_down; ///< of a ray at the picture's middle; steps of one pixel
     double m_x0, m_y0;
 };
 

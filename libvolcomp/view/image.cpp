@@ -34,8 +34,9 @@ std::vector<unsigned char> toBytes(const Image& image, int channels)
             const float alpha = index[3] < 0 ? 1 : std::min(1.0f, std::max(0.0f, p[index[3]]));
             for (int c = 0; c < channels; ++c) {
                 const float value = c == 3 ? alpha
-                    : index[c] < 0         ? 0
-                                           : toSrgb(channels == 4 && alpha > 0 ? p[index[c]] / alpha : p[index[c]]);
+                    : index[c] < 0
+                    ? 0
+                    : toSrgb(channels == 4 && alpha > 0 ? p[index[c]] / alpha : p[index[c]]);
                 bytes.push_back(static_cast<unsigned char>(std::lround(255 * value)));
             }
         }
@@ -46,7 +47,8 @@ bool isOpaque(const Image& image)
 {
     const auto alpha = std::find(image.channels.begin(), image.channels.end(), "A");
     if (alpha == image.channels.end()) return true;
-    for (std::size_t i = alpha - image.channels.begin(); i < image.pixels.size(); i += image.channels.size())
+    for (std::size_t i = alpha - image.channels.begin(); i < image.pixels.size();
+         i += image.channels.size())
         if (image.pixels[i] < 1 - 0.5f / 255) return false;
     return true;
 }
@@ -56,8 +58,10 @@ bool isOpaque(const Image& image)
 bool isExrName(const std::filesystem::path& file)
 {
     std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-    if (ending != ".exr" && ending != ".png") throw fileError(file, "", "a picture's name that ends in .exr or .png", "'" + ending + "'");
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    if (ending != ".exr" && ending != ".png")
+        throw fileError(file, "", "a picture's name that ends in .exr or .png", "'" + ending + "'");
     return ending == ".exr";
 }
 
@@ -75,15 +79,20 @@ Image readImage(const std::filesystem::path& file)
     return image;
 }
 
-void writeImage(const std::filesystem::path& file, const Image& image, const std::vector<std::pair<std::string, std::string>>& metadata)
+void writeImage(const std::filesystem::path& file, const Image& image,
+                const std::vector<std::pair<std::string, std::string>>& metadata)
 {
     const bool exr = isExrName(file);
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
-        const auto failed = [&](const std::string& why) { return fileError(file, "", "a file to write", why, "Is the disk full?"); };
-        const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(temporary.string());
+        const auto failed = [&](const std::string& why) {
+            return fileError(file, "", "a file to write", why, "Is the disk full?");
+        };
+        const std::unique_ptr<OIIO::ImageOutput> out =
+            OIIO::ImageOutput::create(temporary.string());
         if (!out) throw failed("'" + OIIO::geterror() + "'");
         const int channels = exr ? int(image.channels.size()) : isOpaque(image) ? 3 : 4;
-        OIIO::ImageSpec spec(image.width, image.height, channels, exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+        OIIO::ImageSpec spec(image.width, image.height, channels,
+                             exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
         if (exr) {
             spec.channelnames = image.channels;
             spec.attribute("compression", "zip");
@@ -93,7 +102,8 @@ void writeImage(const std::filesystem::path& file, const Image& image, const std
             if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
         }
         const auto alpha = std::find(spec.channelnames.begin(), spec.channelnames.end(), "A");
-        spec.alpha_channel = alpha == spec.channelnames.end() ? -1 : int(alpha - spec.channelnames.begin());
+        spec.alpha_channel =
+            alpha == spec.channelnames.end() ? -1 : int(alpha - spec.channelnames.begin());
         for (const auto& [name, value] : metadata) spec.attribute(name, value);
         const bool written = out->open(temporary.string(), spec)
             && (exr ? out->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())

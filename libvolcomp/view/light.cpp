@@ -10,11 +10,18 @@ namespace volcomp {
 
 void Light::validate() const
 {
-    const auto fail = [&](const char* expected) { throw Error("light '" + name + "': expected " + expected); };
-    if (!(strength[0] >= 0 && strength[1] >= 0 && strength[2] >= 0 && std::isfinite(strength.lengthSqr()))) fail("a finite strength >= 0");
-    if (kind != LightKind::point && !(std::abs(direction.length() - 1) < 1e-6)) fail("a direction of unit length");
-    if (kind != LightKind::directional && !std::isfinite(position.lengthSqr())) fail("a finite position");
-    if (kind == LightKind::spot && !(angle > 0 && angle <= kPi && soft_angle >= 0 && std::isfinite(soft_angle)))
+    const auto fail = [&](const char* expected) {
+        throw Error("light '" + name + "': expected " + expected);
+    };
+    if (!(strength[0] >= 0 && strength[1] >= 0 && strength[2] >= 0
+          && std::isfinite(strength.lengthSqr())))
+        fail("a finite strength >= 0");
+    if (kind != LightKind::point && !(std::abs(direction.length() - 1) < 1e-6))
+        fail("a direction of unit length");
+    if (kind != LightKind::directional && !std::isfinite(position.lengthSqr()))
+        fail("a finite position");
+    if (kind == LightKind::spot
+        && !(angle > 0 && angle <= kPi && soft_angle >= 0 && std::isfinite(soft_angle)))
         fail("0 < angle <= pi and soft_angle >= 0");
 }
 
@@ -31,7 +38,8 @@ Illumination illuminate(const Light& light, const Vec3d& p, double closest)
     if (light.kind == LightKind::spot) {
         const double angle = std::acos(std::min(1.0, std::max(-1.0, -L.dot(light.direction))));
         const double soft = std::min(light.soft_angle, light.angle);
-        const double x = soft > 0 ? std::min(1.0, std::max(0.0, (light.angle - angle) / soft)) : double(angle < light.angle);
+        const double x = soft > 0 ? std::min(1.0, std::max(0.0, (light.angle - angle) / soft))
+                                  : double(angle < light.angle);
         weight *= x * x * (3 - 2 * x);
     }
     return {L, distance, weight};
@@ -40,15 +48,30 @@ Illumination illuminate(const Light& light, const Vec3d& p, double closest)
 Light readLight(TableReader& r, int index)
 {
     Light l;
-    l.name = r.text({"name", "", "of the light's own picture in the EXR"}, "light" + std::to_string(index + 1));
+    l.name = r.text({"name", "", "of the light's own picture in the EXR"},
+                    "light" + std::to_string(index + 1));
     l.kind = r.choice<LightKind>(
-        {"kind", "", "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"}, l.kind,
-        {{"directional", LightKind::directional}, {"point", LightKind::point}, {"spot", LightKind::spot}, {"patch", LightKind::patch}});
-    l.direction = r.direction({"direction", "", "the way the light travels; all but point"}, l.direction);
+        {"kind", "",
+         "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"},
+        l.kind,
+        {{"directional", LightKind::directional},
+         {"point", LightKind::point},
+         {"spot", LightKind::spot},
+         {"patch", LightKind::patch}});
+    l.direction =
+        r.direction({"direction", "", "the way the light travels; all but point"}, l.direction);
     l.position = r.vector({"position", "m", "all but directional"}, l.position);
-    l.strength = r.colour({"strength", "", "what a white diffuse surface that faces it shows; all but directional: at 1 m"}, l.strength);
-    l.angle = kDegree * r.number({"angle_degrees", "degrees", "spot: from its axis to where it is dark"}, 30, {0.01, 90});
-    l.soft_angle = kDegree * r.number({"soft_angle_degrees", "degrees", "spot: width of the soft border inside the angle"}, 3, {0, 90});
+    l.strength =
+        r.colour({"strength", "",
+                  "what a white diffuse surface that faces it shows; all but directional: at 1 m"},
+                 l.strength);
+    l.angle = kDegree
+        * r.number({"angle_degrees", "degrees", "spot: from its axis to where it is dark"}, 30,
+                   {0.01, 90});
+    l.soft_angle = kDegree
+        * r.number(
+            {"soft_angle_degrees", "degrees", "spot: width of the soft border inside the angle"}, 3,
+            {0, 90});
     r.finish();
     return l;
 }

@@ -22,7 +22,8 @@ struct Light {
     double angle = 0.5;        ///< spot: from its axis to where it is dark, radians
     double soft_angle = 0.05;  ///< spot: width of the border, inside `angle`, radians
 
-    /// Throws Error where a value is out of range or not finite, or a direction is not of unit length.
+    /// Throws Error where a value is out of range or not finite, or a direction is not of unit
+    /// length.
     void validate() const;
 };
 
@@ -33,9 +34,11 @@ struct Illumination {
     double weight;   ///< of the light's strength: falloff and cone, >= 0
 };
 
-/// All but directional lights fall off with the square of the distance, which is taken as no less than `closest` (> 0): a light inside the volume
-/// stays finite. A spot's border is a smoothstep of the angle over soft_angle. A patch is a small flat lamp, such as a window seen from afar: it
-/// shines into the half space before it, with the cosine of the angle from its direction (Lambert's law).
+/// All but directional lights fall off with the square of the distance, which is taken as no less
+/// than `closest` (> 0): a light inside the volume stays finite. A spot's border is a smoothstep of
+/// the angle over soft_angle. A patch is a small flat lamp, such as a window seen from afar: it
+/// shines into the half space before it, with the cosine of the angle from its direction (Lambert's
+/// law).
 Illumination illuminate(const Light& light, const Vec3d& p, double closest);
 
 /// Reads one [[light]] table.

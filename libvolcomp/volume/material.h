@@ -1,4 +1,5 @@
-// What a voxel's particles are made of: the constants of MODEL sections 4 and 5 (paper, equations (5) to (11)).
+// What a voxel's particles are made of: the constants of MODEL sections 4 and 5 (paper, equations
+// (5) to (11)).
 #pragma once
 
 #include <string>
@@ -19,10 +20,11 @@ enum class MaterialKind {
 struct Material {
     std::string name;
     MaterialKind kind = MaterialKind::fibre;
-    double alpha = 0.8;         ///< weight of the diffuse (body) reflection, >= 0
-    double beta = 0.3;          ///< weight of the specular reflection, >= 0
-    double gamma = 0.2;         ///< half width at half maximum of the highlight, radians, clamped to >= 0.001
-    double n = 1.55;            ///< refractive index, > 0
+    double alpha = 0.8; ///< weight of the diffuse (body) reflection, >= 0
+    double beta = 0.3;  ///< weight of the specular reflection, >= 0
+    double gamma =
+        0.2;         ///< half width at half maximum of the highlight, radians, clamped to >= 0.001
+    double n = 1.55; ///< refractive index, > 0
     Vec3d specular_colour{1.0}; ///< e, linear RGB
 
     /// Throws Error where a value is out of range or not finite.

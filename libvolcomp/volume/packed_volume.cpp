@@ -17,14 +17,16 @@ namespace {
 using openvdb::math::half;
 static_assert(sizeof(Half3) == 6 && sizeof(half) == 2);
 
-constexpr std::size_t kFirstChunk = std::size_t(1) << 16, kLargePage = std::size_t(1) << 21, kLargestChunk = 2 * kLargePage;
+constexpr std::size_t kFirstChunk = std::size_t(1) << 16, kLargePage = std::size_t(1) << 21,
+                      kLargestChunk = 2 * kLargePage;
 
 openvdb::Vec3s floats(const Half3& h) { return {float(h[0]), float(h[1]), float(h[2])}; }
 float floats(float v) { return v; }
 
 /// A grid of the values that `get` finds for a block.
 template <class Grid, class Get>
-typename Grid::Ptr gridOf(const PackedPart& part, const openvdb::math::Transform& transform, const Get& get)
+typename Grid::Ptr gridOf(const PackedPart& part, const openvdb::math::Transform& transform,
+                          const Get& get)
 {
     using Leaf = typename Grid::TreeType::LeafNodeType;
     std::vector<Leaf*> leaves(part.blocks.size());
@@ -35,7 +37,8 @@ typename Grid::Ptr gridOf(const PackedPart& part, const openvdb::math::Transform
         int k = 0;
         for (openvdb::Index x = 0; x < 8; ++x)
             for (std::uint64_t left = block.mask[x]; left; left &= left - 1)
-                leaves[i]->setValueOn(x * 64 + openvdb::Index(__builtin_ctzll(left)), floats(values[k++]));
+                leaves[i]->setValueOn(x * 64 + openvdb::Index(__builtin_ctzll(left)),
+                                      floats(values[k++]));
     });
     auto grid = Grid::create(typename Grid::ValueType(0.0f));
     grid->setTransform(transform.copy());
@@ -55,12 +58,15 @@ std::byte* VoxelStore::allocate(std::size_t bytes)
     if (bytes > m_left) {
         const std::size_t wanted = std::max(bytes, std::clamp(m_bytes, kFirstChunk, kLargestChunk));
         const bool large = wanted >= kLargePage;
-        const std::size_t page = large ? kLargePage : 4096, size = (wanted + page - 1) / page * page;
+        const std::size_t page = large ? kLargePage : 4096,
+                          size = (wanted + page - 1) / page * page;
         auto* chunk = static_cast<std::byte*>(std::aligned_alloc(page, size));
         if (!chunk) throw std::bad_alloc();
         m_chunks.emplace_back(chunk);
 #ifdef MADV_HUGEPAGE
-        if (large) ::madvise(chunk, size, MADV_HUGEPAGE); // fewer page faults; without it all is the same, slower
+        if (large)
+            ::madvise(chunk, size,
+                      MADV_HUGEPAGE); // fewer page faults; without it all is the same, slower
 #endif
         m_bytes += size;
         m_next = chunk;
@@ -77,7 +83,8 @@ void toHalf(const float* from, half* to, std::size_t count)
     std::size_t i = 0;
 #if defined(__F16C__) && defined(__AVX__)
     for (; i + 8 <= count; i += 8)
-        _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i), _mm256_cvtps_ph(_mm256_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i),
+                         _mm256_cvtps_ph(_mm256_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
 #endif
     for (; i < count; ++i) to[i] = half(from[i]);
 }
@@ -98,11 +105,14 @@ void interleave(const half* x, const half* y, const half* z, Half3* to, std::siz
         return o;
     }();
     for (; i + 32 <= count; i += 32) {
-        const __m512i vx = _mm512_loadu_si512(x + i), vy = _mm512_loadu_si512(y + i), vz = _mm512_loadu_si512(z + i);
+        const __m512i vx = _mm512_loadu_si512(x + i), vy = _mm512_loadu_si512(y + i),
+                      vz = _mm512_loadu_si512(z + i);
         for (int part = 0; part < 3; ++part) {
-            const __m512i xy = _mm512_permutex2var_epi16(vx, _mm512_load_si512(kOrder.xy[part]), vy);
-            _mm512_storeu_si512(reinterpret_cast<half*>(to + i) + 32 * part,
-                                _mm512_permutex2var_epi16(xy, _mm512_load_si512(kOrder.with_z[part]), vz));
+            const __m512i xy =
+                _mm512_permutex2var_epi16(vx, _mm512_load_si512(kOrder.xy[part]), vy);
+            _mm512_storeu_si512(
+                reinterpret_cast<half*>(to + i) + 32 * part,
+                _mm512_permutex2var_epi16(xy, _mm512_load_si512(kOrder.with_z[part]), vz));
         }
     }
 #endif
@@ -166,14 +176,18 @@ PackedVolume pack(const Volume& volume)
         std::optional<openvdb::Vec3SGrid::ConstAccessor> direction, colour;
         if (from.direction) direction.emplace(from.direction->getConstAccessor());
         if (from.colour) colour.emplace(from.colour->getConstAccessor());
-        const auto halves = [](const openvdb::Vec3s& v) { return Half3{half(v[0]), half(v[1]), half(v[2])}; };
+        const auto halves = [](const openvdb::Vec3s& v) {
+            return Half3{half(v[0]), half(v[1]), half(v[2])};
+        };
         for (auto leaf = density->tree().cbeginLeaf(); leaf; ++leaf) {
             PackedBlock block;
             block.origin = leaf->origin();
             block.count = static_cast<std::uint32_t>(leaf->onVoxelCount());
             if (block.count == 0) continue;
-            for (openvdb::Index x = 0; x < 8; ++x) block.mask[x] = leaf->valueMask().template getWord<std::uint64_t>(x);
-            block.values = part.stores[0].allocate(block.count * PackedPart::voxelBytes(part.has_direction, part.has_colour));
+            for (openvdb::Index x = 0; x < 8; ++x)
+                block.mask[x] = leaf->valueMask().template getWord<std::uint64_t>(x);
+            block.values = part.stores[0].allocate(
+                block.count * PackedPart::voxelBytes(part.has_direction, part.has_colour));
             float* d = part.density(block);
             Half3 *t = part.direction(block), *c = part.colour(block);
             for (auto it = leaf->cbeginValueOn(); it; ++it) {
@@ -195,11 +209,14 @@ Volume unpack(const PackedVolume& packed)
         part.material = from.material;
         part.kind = from.kind;
         part.uniform_colour = from.uniform_colour;
-        part.density = gridOf<openvdb::FloatGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.density(b); });
+        part.density = gridOf<openvdb::FloatGrid>(
+            from, *packed.transform, [&](const PackedBlock& b) { return from.density(b); });
         if (from.has_direction)
-            part.direction = gridOf<openvdb::Vec3SGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.direction(b); });
+            part.direction = gridOf<openvdb::Vec3SGrid>(
+                from, *packed.transform, [&](const PackedBlock& b) { return from.direction(b); });
         if (from.has_colour)
-            part.colour = gridOf<openvdb::Vec3SGrid>(from, *packed.transform, [&](const PackedBlock& b) { return from.colour(b); });
+            part.colour = gridOf<openvdb::Vec3SGrid>(
+                from, *packed.transform, [&](const PackedBlock& b) { return from.colour(b); });
     }
     return volume;
 }

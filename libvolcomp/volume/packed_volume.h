@@ -1,7 +1,8 @@
 // A volume's active voxels alone, packed: what compose() makes and what files are written from.
 //
-// An OpenVDB leaf keeps 512 values however few are active, 28 bytes a slot for density, direction and colour. Composed fur fills a
-// sixth of its leaves, so packed it takes a tenth of that memory, and memory is what composing spends its time on.
+// An OpenVDB leaf keeps 512 values however few are active, 28 bytes a slot for density, direction
+// and colour. Composed fur fills a sixth of its leaves, so packed it takes a tenth of that memory,
+// and memory is what composing spends its time on.
 #pragma once
 
 #include <array>
@@ -17,7 +18,8 @@
 
 namespace volcomp {
 
-/// Three half floats, as files keep directions and colours: each component is off by at most 2^-11 of itself.
+/// Three half floats, as files keep directions and colours: each component is off by at most 2^-11
+/// of itself.
 using Half3 = std::array<openvdb::math::half, 3>;
 
 /// Memory for voxels, given out from large chunks and freed all at once.
@@ -39,13 +41,16 @@ private:
 
 /// 8^3 voxels of which some are active: an OpenVDB leaf.
 struct PackedBlock {
-    openvdb::Coord origin;             ///< of its first voxel, multiples of 8
-    std::uint32_t count = 0;           ///< active voxels, 1 to 512
-    std::array<std::uint64_t, 8> mask; ///< bit 8 y + z of word x: voxel (x, y, z) is active; the bits' order is the values'
-    std::byte* values = nullptr;       ///< in the part's stores: densities, then directions, colours and `shown` where the part has them
+    openvdb::Coord origin;   ///< of its first voxel, multiples of 8
+    std::uint32_t count = 0; ///< active voxels, 1 to 512
+    std::array<std::uint64_t, 8>
+        mask; ///< bit 8 y + z of word x: voxel (x, y, z) is active; the bits' order is the values'
+    std::byte* values = nullptr; ///< in the part's stores: densities, then directions, colours and
+                                 ///< `shown` where the part has them
 };
 
-/// Whether an OpenVDB tree keeps the leaf at `a` before that at `b`: by its nodes of 4096^3, 128^3 and 8^3 voxels.
+/// Whether an OpenVDB tree keeps the leaf at `a` before that at `b`: by its nodes of 4096^3, 128^3
+/// and 8^3 voxels.
 bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b);
 
 /// The active voxels of one material, block by block.
@@ -59,21 +64,27 @@ struct PackedPart {
 
     static std::size_t voxelBytes(bool direction, bool colour, bool shown = false)
     {
-        return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0) + (shown ? sizeof(Half3) : 0);
+        return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0)
+            + (shown ? sizeof(Half3) : 0);
     }
 
     float* density(const PackedBlock& b) const { return reinterpret_cast<float*>(b.values); }
     Half3* direction(const PackedBlock& b) const ///< VolumePart::direction; null: none
     {
-        return has_direction ? reinterpret_cast<Half3*>(b.values + b.count * sizeof(float)) : nullptr;
+        return has_direction ? reinterpret_cast<Half3*>(b.values + b.count * sizeof(float))
+                             : nullptr;
     }
     Half3* colour(const PackedBlock& b) const ///< null: uniform_colour
     {
-        return has_colour ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, false)) : nullptr;
+        return has_colour
+            ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, false))
+            : nullptr;
     }
     Half3* shown(const PackedBlock& b) const ///< VolumePart::shown; null: none
     {
-        return has_shown ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, has_colour)) : nullptr;
+        return has_shown
+            ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, has_colour))
+            : nullptr;
     }
     std::size_t voxels() const;
     std::size_t bytes() const;
@@ -90,7 +101,8 @@ struct PackedVolume {
     std::size_t bytes() const;
 };
 
-/// The active voxels of a volume. Active tiles become voxels; values of inactive voxels are dropped.
+/// The active voxels of a volume. Active tiles become voxels; values of inactive voxels are
+/// dropped.
 PackedVolume pack(const Volume& volume);
 
 /// As grids. Takes the memory that OpenVDB's leaves take.
@@ -100,6 +112,7 @@ Volume unpack(const PackedVolume& volume);
 void toHalf(const float* from, openvdb::math::half* to, std::size_t count);
 
 /// Writes vectors given as three arrays.
-void interleave(const openvdb::math::half* x, const openvdb::math::half* y, const openvdb::math::half* z, Half3* to, std::size_t count);
+void interleave(const openvdb::math::half* x, const openvdb::math::half* y,
+                const openvdb::math::half* z, Half3* to, std::size_t count);
 
 } // namespace volcomp

@@ -12,7 +12,13 @@ constexpr const char* kColour = "volcomp_colour";
 constexpr const char* kDirection = "volcomp_direction";
 constexpr const char* kShown = "volcomp_shown";
 
-inline const char* directionName(MaterialKind kind) { return kind == MaterialKind::fibre ? "tangentu" : "N"; }
-inline const char* colourName(GridNames names) { return names == GridNames::houdini ? "Cd" : "color"; }
+inline const char* directionName(MaterialKind kind)
+{
+    return kind == MaterialKind::fibre ? "tangentu" : "N";
+}
+inline const char* colourName(GridNames names)
+{
+    return names == GridNames::houdini ? "Cd" : "color";
+}
 
 } // namespace volcomp

@@ -26,22 +26,31 @@ using openvdb::Vec3SGrid;
 
 class Reader {
 public:
-    Reader(const fs::path& file, bool delayed) : m_path(file), m_file(file.string()), m_delayed(delayed)
+    Reader(const fs::path& file, bool delayed)
+        : m_path(file), m_file(file.string()), m_delayed(delayed)
     {
         std::error_code code;
         if (!fs::exists(file, code))
-            throw fileError(file, "", "a VDB file", "no file", "Check the path; the bake and compose tools make such files.");
-        if (!fs::is_regular_file(file, code)) throw fileError(file, "", "a VDB file", "a directory or device");
-        if (fs::file_size(file, code) == 0) throw fileError(file, "", "a VDB file", "an empty file");
+            throw fileError(file, "", "a VDB file", "no file",
+                            "Check the path; the bake and compose tools make such files.");
+        if (!fs::is_regular_file(file, code))
+            throw fileError(file, "", "a VDB file", "a directory or device");
+        if (fs::file_size(file, code) == 0)
+            throw fileError(file, "", "a VDB file", "an empty file");
         guarded([&] {
             m_delayed = reachesItsEnd() && m_delayed;
-            m_file.setCopyMaxBytes(0); // read from where it is; a file that is replaced meanwhile stays open
+            m_file.setCopyMaxBytes(
+                0); // read from where it is; a file that is replaced meanwhile stays open
             m_file.open(m_delayed);
         });
-        for (auto name = m_file.beginName(); name != m_file.endName(); ++name) m_names.push_back(*name);
+        for (auto name = m_file.beginName(); name != m_file.endName(); ++name)
+            m_names.push_back(*name);
     }
 
-    bool has(const std::string& name) const { return std::find(m_names.begin(), m_names.end(), name) != m_names.end(); }
+    bool has(const std::string& name) const
+    {
+        return std::find(m_names.begin(), m_names.end(), name) != m_names.end();
+    }
     const std::vector<std::string>& names() const { return m_names; }
     openvdb::MetaMap metadata()
     {
@@ -50,7 +59,10 @@ public:
         return result;
     }
 
-    std::string identifier() const { return m_file.getUniqueTag() + "-" + std::to_string(fs::file_size(m_path)); }
+    std::string identifier() const
+    {
+        return m_file.getUniqueTag() + "-" + std::to_string(fs::file_size(m_path));
+    }
 
     template <class Grid>
     typename Grid::Ptr read(const std::string& name)
@@ -58,7 +70,9 @@ public:
         openvdb::GridBase::Ptr grid;
         guarded([&] { grid = m_file.readGrid(name); });
         auto typed = openvdb::gridPtrCast<Grid>(grid);
-        if (!typed) throw fileError(m_path, "grid '" + name + "'", "type " + Grid::gridType(), "type " + grid->type());
+        if (!typed)
+            throw fileError(m_path, "grid '" + name + "'", "type " + Grid::gridType(),
+                            "type " + grid->type());
         checkTransform(*grid, name);
         return typed;
     }
@@ -76,23 +90,27 @@ private:
         } catch (const Error&) {
             throw;
         } catch (const std::exception& e) {
-            throw fileError(m_path, "", "a complete VDB file", std::string("one that cannot be read (") + e.what() + ")",
+            throw fileError(m_path, "", "a complete VDB file",
+                            std::string("one that cannot be read (") + e.what() + ")",
                             "It may be truncated or of another format; make it again.");
         }
     }
 
-    /// False for a file too old to say, or of another format. Throws where it ends before its last grid does: OpenVDB takes what is missing for
-    /// zeros, or for counts of any size.
+    /// False for a file too old to say, or of another format. Throws where it ends before its last
+    /// grid does: OpenVDB takes what is missing for zeros, or for counts of any size.
     bool reachesItsEnd() const
     {
-        constexpr int kHeader = 8 + 4 + 4 + 4 + 1 + 36; // magic, versions, offsets or not, identifier
+        constexpr int kHeader =
+            8 + 4 + 4 + 4 + 1 + 36; // magic, versions, offsets or not, identifier
         std::ifstream stream(m_path, std::ios::binary);
         stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
         std::int64_t magic = 0;
         std::uint32_t versions[3] = {}; // of the format, of the library
         stream.read(reinterpret_cast<char*>(&magic), sizeof magic);
         stream.read(reinterpret_cast<char*>(versions), sizeof versions);
-        if (magic != openvdb::OPENVDB_MAGIC || versions[0] < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) return false;
+        if (magic != openvdb::OPENVDB_MAGIC
+            || versions[0] < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
+            return false;
         openvdb::io::setVersion(stream, {versions[1], versions[2]}, versions[0]);
         stream.seekg(kHeader);
         openvdb::MetaMap().readMeta(stream);
@@ -103,7 +121,8 @@ private:
             openvdb::io::GridDescriptor grid;
             grid.read(stream);
             if (grid.getEndPos() > size)
-                throw openvdb::IoError(fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
+                throw openvdb::IoError(
+                    fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
             grid.seekToEnd(stream);
         }
         return true;
@@ -113,7 +132,9 @@ private:
     {
         const auto& t = grid.transform();
         const std::string place = "grid '" + name + "'";
-        if (!t.isLinear()) throw fileError(m_path, place, "a linear transform", "a " + t.mapType(), "Resample the grid to cubic voxels.");
+        if (!t.isLinear())
+            throw fileError(m_path, place, "a linear transform", "a " + t.mapType(),
+                            "Resample the grid to cubic voxels.");
         const openvdb::Mat4d m = t.baseMap()->getAffineMap()->getMat4();
         const double h = m(0, 0);
         double off = std::max(std::abs(m(1, 1) - h), std::abs(m(2, 2) - h));
@@ -121,10 +142,13 @@ private:
             for (int j = 0; j < 3; ++j)
                 if (i != j) off = std::max(off, std::abs(m(i, j)));
         if (!(h > 0) || !std::isfinite(h) || off > 1e-6 * h)
-            throw fileError(m_path, place, "cubic voxels along the axes (uniform scale and translation)",
-                            fmt::format("a transform with the rows [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}]", m(0, 0),
-                                        m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)),
-                            "Resample the grid to such voxels.");
+            throw fileError(
+                m_path, place, "cubic voxels along the axes (uniform scale and translation)",
+                fmt::format(
+                    "a transform with the rows [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}]",
+                    m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1),
+                    m(2, 2)),
+                "Resample the grid to such voxels.");
     }
 
     fs::path m_path;
@@ -136,16 +160,19 @@ private:
 void checkBackground(const Reader& reader, const FloatGrid& grid)
 {
     if (grid.background() != 0)
-        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()), "0 (a fog volume)",
-                        fmt::format("{}", grid.background()), "Convert level sets to fog volumes first.");
+        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()),
+                        "0 (a fog volume)", fmt::format("{}", grid.background()),
+                        "Convert level sets to fog volumes first.");
 }
 
 void checkDensity(const Reader& reader, const FloatGrid& grid)
 {
     const auto bad = [](float v) { return !(v >= 0) || !std::isfinite(v); };
     const auto fail = [&](const openvdb::Coord& at, float value) {
-        throw fileError(reader.path(), fmt::format("grid '{}', voxel ({}, {}, {})", grid.getName(), at.x(), at.y(), at.z()),
-                        "a finite density >= 0", fmt::format("{}", value));
+        throw fileError(
+            reader.path(),
+            fmt::format("grid '{}', voxel ({}, {}, {})", grid.getName(), at.x(), at.y(), at.z()),
+            "a finite density >= 0", fmt::format("{}", value));
     };
     const openvdb::tree::LeafManager<const openvdb::FloatTree> leaves(grid.tree());
     // The first bad voxel in the order of the tree, whatever the threads do.
@@ -167,7 +194,8 @@ void checkDensity(const Reader& reader, const FloatGrid& grid)
         if (bad(*tile)) fail(tile.getCoord(), *tile);
 }
 
-/// Brings a vector grid into range: no NaN, no infinity, and unit directions where a foreign file has other lengths.
+/// Brings a vector grid into range: no NaN, no infinity, and unit directions where a foreign file
+/// has other lengths.
 void clean(Vec3SGrid& grid, bool normalise)
 {
     const auto fixed = [normalise](openvdb::Vec3s v) {
@@ -193,11 +221,13 @@ std::optional<T> metadata(const openvdb::GridBase& grid, const char* key)
     return value->value();
 }
 
-Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatGrid& density, bool normalise)
+Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatGrid& density,
+                           bool normalise)
 {
     auto grid = reader.read<Vec3SGrid>(name);
     if (!(grid->transform() == density.transform()))
-        throw fileError(reader.path(), "grid '" + name + "'", "the transform of '" + density.getName() + "'", "another one");
+        throw fileError(reader.path(), "grid '" + name + "'",
+                        "the transform of '" + density.getName() + "'", "another one");
     if (normalise || !reader.delayed()) clean(*grid, normalise);
     return grid;
 }
@@ -235,17 +265,20 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
         part.direction = readVectors(reader, name, *part.density, !ours);
     else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection))
         part.direction = sharedVector(*part.density, *shared, reader.delayed());
-    if (const std::string name = "shown" + suffix; ours && reader.has(name)) part.shown = readVectors(reader, name, *part.density, false);
+    if (const std::string name = "shown" + suffix; ours && reader.has(name))
+        part.shown = readVectors(reader, name, *part.density, false);
     else if (const auto shown = metadata<openvdb::Vec3s>(*part.density, kShown))
         part.shown = sharedVector(*part.density, *shown, reader.delayed());
     for (const GridNames names : {GridNames::houdini, GridNames::blender})
         if (const std::string name = colourName(names) + suffix; !part.colour && reader.has(name))
             part.colour = readVectors(reader, name, *part.density, false);
-    if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour)) part.uniform_colour = *colour;
+    if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour))
+        part.uniform_colour = *colour;
     return part;
 }
 
-/// Takes what was read of the mapped file out of the process's memory; the system keeps it as long as it has room.
+/// Takes what was read of the mapped file out of the process's memory; the system keeps it as long
+/// as it has room.
 void forgetMappedPages(const fs::path& file)
 {
     std::error_code code;
@@ -253,9 +286,12 @@ void forgetMappedPages(const fs::path& file)
     std::ifstream maps("/proc/self/maps");
     for (std::string line; std::getline(maps, line);) {
         unsigned long from = 0, to = 0;
-        if (code || line.size() < name.size() || line.compare(line.size() - name.size(), name.size(), name) != 0) continue;
+        if (code || line.size() < name.size()
+            || line.compare(line.size() - name.size(), name.size(), name) != 0)
+            continue;
         if (std::sscanf(line.c_str(), "%lx-%lx r--s", &from, &to) == 2)
-            madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED); // NOLINT(performance-no-int-to-ptr): an address as text
+            madvise(reinterpret_cast<void*>(from), to - from,
+                    MADV_DONTNEED); // NOLINT(performance-no-int-to-ptr): an address as text
     }
 }
 
@@ -270,8 +306,10 @@ Volume readVolume(const fs::path& file, bool delayed)
     if (suffixes.empty()) {
         if (!reader.has("density")) {
             std::string found;
-            for (const std::string& name : reader.names()) found += (found.empty() ? "" : ", ") + name;
-            throw fileError(file, "", "a grid named 'density'", found.empty() ? "no grids" : "grids " + found);
+            for (const std::string& name : reader.names())
+                found += (found.empty() ? "" : ", ") + name;
+            throw fileError(file, "", "a grid named 'density'",
+                            found.empty() ? "no grids" : "grids " + found);
         }
         suffixes.push_back("");
     }
@@ -279,7 +317,8 @@ Volume readVolume(const fs::path& file, bool delayed)
     for (const std::string& suffix : suffixes) volume.parts.push_back(readPart(reader, suffix));
     for (const VolumePart& part : volume.parts)
         if (!(part.density->transform() == volume.parts[0].density->transform()))
-            throw fileError(file, "grid '" + part.density->getName() + "'", "the transform of the other density grids", "another one");
+            throw fileError(file, "grid '" + part.density->getName() + "'",
+                            "the transform of the other density grids", "another one");
     return volume;
 }
 

@@ -26,8 +26,9 @@ using openvdb::math::half;
 constexpr float kLargestHalf = 65504.0f;
 constexpr float kSmallestNormalHalf = 6.104e-5f;
 
-/// A grid that OpenVDB writes without that its leaves' values ever stand in memory: its tree is made for the topology and has no buffers, and the buffers are
-/// written from packed values, many leaves at a time. `Packed` is the value as the part keeps it.
+/// A grid that OpenVDB writes without that its leaves' values ever stand in memory: its tree is
+/// made for the topology and has no buffers, and the buffers are written from packed values, many
+/// leaves at a time. `Packed` is the value as the part keeps it.
 template <class Grid, class Packed>
 class PackedGrid : public Grid {
 public:
@@ -39,7 +40,9 @@ public:
     openvdb::Index64 activeVoxelCount() const override { return m_part.voxels(); }
     openvdb::Index64 memUsage() const override
     {
-        return m_part.blocks.size() * (sizeof(typename Grid::TreeType::LeafNodeType) + 512 * sizeof(typename Grid::ValueType));
+        return m_part.blocks.size()
+            * (sizeof(typename Grid::TreeType::LeafNodeType)
+               + 512 * sizeof(typename Grid::ValueType));
     }
     openvdb::CoordBBox evalActiveVoxelBoundingBox() const override
     {
@@ -47,11 +50,13 @@ public:
         for (const PackedBlock& b : m_part.blocks)
             for (int x = 0; x < 8; ++x)
                 if (std::uint64_t rows = b.mask[x]) {
-                    const int first_y = __builtin_ctzll(rows) >> 3, last_y = 7 - (__builtin_clzll(rows) >> 3);
+                    const int first_y = __builtin_ctzll(rows) >> 3,
+                              last_y = 7 - (__builtin_clzll(rows) >> 3);
                     for (int shift = 32; shift >= 8; shift /= 2) rows |= rows >> shift;
                     const auto columns = static_cast<unsigned>(rows & 0xff);
-                    box.expand(openvdb::CoordBBox(b.origin.offsetBy(x, first_y, __builtin_ctz(columns)),
-                                                  b.origin.offsetBy(x, last_y, 31 - __builtin_clz(columns))));
+                    box.expand(openvdb::CoordBBox(
+                        b.origin.offsetBy(x, first_y, __builtin_ctz(columns)),
+                        b.origin.offsetBy(x, last_y, 31 - __builtin_clz(columns))));
                 }
         return box;
     }
@@ -64,7 +69,8 @@ public:
         for (const PackedBlock& b : m_part.blocks) {
             auto* leaf = new Leaf(openvdb::PartialCreate(), b.origin, this->background());
             typename Leaf::NodeMaskType mask;
-            for (openvdb::Index x = 0; x < 8; ++x) mask.template getWord<std::uint64_t>(x) = b.mask[x];
+            for (openvdb::Index x = 0; x < 8; ++x)
+                mask.template getWord<std::uint64_t>(x) = b.mask[x];
             leaf->setValueMask(mask);
             accessor.addLeaf(leaf);
         }
@@ -78,20 +84,29 @@ public:
         const std::uint32_t compression = openvdb::io::getDataCompression(out);
         std::size_t next = 0;
         const auto tokens = 4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-        tbb::parallel_pipeline(tokens,
-                               tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) {
-                                   const std::size_t first = next;
-                                   if (first >= m_part.blocks.size()) control.stop();
-                                   next += kLeaves;
-                                   return first;
-                               }) & tbb::make_filter<std::size_t, std::string>(tbb::filter_mode::parallel, [&](std::size_t first) {
-                                   std::ostringstream bytes;
-                                   const std::size_t end = std::min(first + kLeaves, m_part.blocks.size());
-                                   for (std::size_t i = first; i < end; ++i) writeLeaf(m_part.blocks[i], compression, bytes);
-                                   return bytes.str();
-                               }) & tbb::make_filter<std::string, void>(tbb::filter_mode::serial_in_order, [&](const std::string& bytes) {
-                                   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-                               }));
+        tbb::parallel_pipeline(
+            tokens,
+            tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
+                                                [&](tbb::flow_control& control) {
+                                                    const std::size_t first = next;
+                                                    if (first >= m_part.blocks.size())
+                                                        control.stop();
+                                                    next += kLeaves;
+                                                    return first;
+                                                })
+                & tbb::make_filter<std::size_t, std::string>(
+                    tbb::filter_mode::parallel,
+                    [&](std::size_t first) {
+                        std::ostringstream bytes;
+                        const std::size_t end = std::min(first + kLeaves, m_part.blocks.size());
+                        for (std::size_t i = first; i < end; ++i)
+                            writeLeaf(m_part.blocks[i], compression, bytes);
+                        return bytes.str();
+                    })
+                & tbb::make_filter<std::string, void>(
+                    tbb::filter_mode::serial_in_order, [&](const std::string& bytes) {
+                        out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+                    }));
     }
 
 private:
@@ -126,7 +141,10 @@ std::optional<Vec3f> sharedValue(const PackedPart& part, PackedVectors::Values v
     std::atomic<bool> same{true};
     tbb::parallel_for(std::size_t(0), part.blocks.size(), [&](std::size_t i) {
         const Half3* v = (part.*values)(part.blocks[i]);
-        if (same && !std::all_of(v, v + part.blocks[i].count, [&](const Half3& h) { return h == first; })) same = false;
+        if (same && !std::all_of(v, v + part.blocks[i].count, [&](const Half3& h) {
+                return h == first;
+            }))
+            same = false;
     });
     if (!same) return std::nullopt;
     return Vec3f(first[0], first[1], first[2]);
@@ -136,8 +154,9 @@ std::optional<Vec3f> sharedValue(const PackedPart& part, PackedVectors::Values v
 bool fitsHalf(const PackedPart& part)
 {
     return std::all_of(part.blocks.begin(), part.blocks.end(), [&](const PackedBlock& b) {
-        return std::all_of(part.density(b), part.density(b) + b.count,
-                           [](float v) { return v <= kLargestHalf && (v <= 0 || v >= kSmallestNormalHalf); });
+        return std::all_of(part.density(b), part.density(b) + b.count, [](float v) {
+            return v <= kLargestHalf && (v <= 0 || v >= kSmallestNormalHalf);
+        });
     });
 }
 
@@ -153,8 +172,9 @@ PackedPart sumOf(const std::vector<PackedPart>& parts)
     std::vector<Source> sources;
     for (const PackedPart& part : parts)
         for (const PackedBlock& b : part.blocks) sources.push_back({&part, &b});
-    std::stable_sort(sources.begin(), sources.end(),
-                     [](const Source& a, const Source& b) { return inTreeOrder(a.block->origin, b.block->origin); });
+    std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
+        return inTreeOrder(a.block->origin, b.block->origin);
+    });
     for (std::size_t i = 0; i < sources.size();) {
         PackedBlock block = *sources[i].block;
         float dense[512] = {};
@@ -163,21 +183,25 @@ PackedPart sumOf(const std::vector<PackedPart>& parts)
             const float* value = sources[i].part->density(from);
             for (int x = 0; x < 8; ++x) {
                 block.mask[x] |= from.mask[x];
-                for (std::uint64_t left = from.mask[x]; left; left &= left - 1) dense[64 * x + __builtin_ctzll(left)] += *value++;
+                for (std::uint64_t left = from.mask[x]; left; left &= left - 1)
+                    dense[64 * x + __builtin_ctzll(left)] += *value++;
             }
         }
         block.count = 0;
-        for (const std::uint64_t word : block.mask) block.count += static_cast<std::uint32_t>(__builtin_popcountll(word));
+        for (const std::uint64_t word : block.mask)
+            block.count += static_cast<std::uint32_t>(__builtin_popcountll(word));
         block.values = store.allocate(block.count * sizeof(float));
         float* value = sum.density(block);
         for (int x = 0; x < 8; ++x)
-            for (std::uint64_t left = block.mask[x]; left; left &= left - 1) *value++ = dense[64 * x + __builtin_ctzll(left)];
+            for (std::uint64_t left = block.mask[x]; left; left &= left - 1)
+                *value++ = dense[64 * x + __builtin_ctzll(left)];
         sum.blocks.push_back(block);
     }
     return sum;
 }
 
-void prepare(openvdb::GridBase& grid, const PackedVolume& volume, const std::string& name, openvdb::VecType type, bool as_half)
+void prepare(openvdb::GridBase& grid, const PackedVolume& volume, const std::string& name,
+             openvdb::VecType type, bool as_half)
 {
     grid.setTransform(volume.transform->copy());
     grid.setName(name);
@@ -189,8 +213,9 @@ void prepare(openvdb::GridBase& grid, const PackedVolume& volume, const std::str
 }
 
 /// A vector grid, or metadata of the density where one value holds everywhere.
-void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolume& volume, const PackedPart& part,
-                PackedVectors::Values values, const std::string& name, const char* shared_key, openvdb::VecType type)
+void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolume& volume,
+                const PackedPart& part, PackedVectors::Values values, const std::string& name,
+                const char* shared_key, openvdb::VecType type)
 {
     if (part.blocks.empty()) return;
     if (const auto value = sharedValue(part, values)) {
@@ -218,21 +243,29 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNam
         const auto density = std::make_shared<PackedFloats>(part, &PackedPart::density);
         prepare(*density, volume, "density" + suffix, openvdb::VEC_INVARIANT, fitsHalf(part));
         density->insertMeta(kMaterial, openvdb::StringMetadata(part.material));
-        density->insertMeta(kKind, openvdb::StringMetadata(part.kind == MaterialKind::fibre ? "fibre" : "surface"));
-        if (!part.has_colour) density->insertMeta(kColour, openvdb::Vec3SMetadata(part.uniform_colour));
+        density->insertMeta(
+            kKind, openvdb::StringMetadata(part.kind == MaterialKind::fibre ? "fibre" : "surface"));
+        if (!part.has_colour)
+            density->insertMeta(kColour, openvdb::Vec3SMetadata(part.uniform_colour));
         grids.push_back(density);
         if (part.has_direction)
-            addVectors(grids, *density, volume, part, &PackedPart::direction, directionName(part.kind) + suffix, kDirection,
-                       part.kind == MaterialKind::fibre ? openvdb::VEC_CONTRAVARIANT_RELATIVE : openvdb::VEC_COVARIANT_NORMALIZE);
+            addVectors(grids, *density, volume, part, &PackedPart::direction,
+                       directionName(part.kind) + suffix, kDirection,
+                       part.kind == MaterialKind::fibre ? openvdb::VEC_CONTRAVARIANT_RELATIVE
+                                                        : openvdb::VEC_COVARIANT_NORMALIZE);
         if (part.has_colour)
-            addVectors(grids, *density, volume, part, &PackedPart::colour, colourName(names) + suffix, kColour, openvdb::VEC_INVARIANT);
-        if (part.has_shown) addVectors(grids, *density, volume, part, &PackedPart::shown, "shown" + suffix, kShown, openvdb::VEC_INVARIANT);
+            addVectors(grids, *density, volume, part, &PackedPart::colour,
+                       colourName(names) + suffix, kColour, openvdb::VEC_INVARIANT);
+        if (part.has_shown)
+            addVectors(grids, *density, volume, part, &PackedPart::shown, "shown" + suffix, kShown,
+                       openvdb::VEC_INVARIANT);
     }
     return grids;
 }
 
-/// As openvdb::io::File writes, but for the sizes of all leaves ahead of the leaves ("file_delayed_load"): OpenVDB compresses each leaf twice for them, and
-/// needs the leaves in memory. Readers do without.
+/// As openvdb::io::File writes, but for the sizes of all leaves ahead of the leaves
+/// ("file_delayed_load"): OpenVDB compresses each leaf twice for them, and needs the leaves in
+/// memory. Readers do without.
 class Writer : public openvdb::io::Archive {
 public:
     explicit Writer(const fs::path& file) { m_out.open(file, std::ios::binary | std::ios::trunc); }
@@ -260,7 +293,8 @@ private:
         setGridCompression(m_out, grid);
         grid.addStatsMetadata();
         grid.insertMeta(openvdb::GridBase::META_FILE_COMPRESSION,
-                        openvdb::StringMetadata(openvdb::io::compressionToString(openvdb::io::getDataCompression(m_out))));
+                        openvdb::StringMetadata(openvdb::io::compressionToString(
+                            openvdb::io::getDataCompression(m_out))));
         grid.writeMeta(m_out);
         grid.writeTransform(m_out);
         grid.writeTopology(m_out);
@@ -277,9 +311,11 @@ private:
 
 } // namespace
 
-void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra, GridNames names)
+void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb::MetaMap& extra,
+                 GridNames names)
 {
-    if (volume.parts.empty()) throw fileError(file, "", "a volume with at least one material to write", "none");
+    if (volume.parts.empty())
+        throw fileError(file, "", "a volume with at least one material to write", "none");
     PackedPart sum;
     const openvdb::GridPtrVec grids = gridsOf(volume, sum, names);
     openvdb::MetaMap meta(extra);
@@ -288,17 +324,21 @@ void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb
         try {
             Writer out(temporary);
             const bool blosc = openvdb::io::Archive::hasBloscCompression();
-            out.setCompression((blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP) | openvdb::io::COMPRESS_ACTIVE_MASK);
+            out.setCompression((blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP)
+                               | openvdb::io::COMPRESS_ACTIVE_MASK);
             out.write(grids, meta);
         } catch (const std::exception& e) {
-            throw fileError(file, "", "a file that can be written", e.what(), "Is the disk full, or the directory not yours?");
+            throw fileError(file, "", "a file that can be written", e.what(),
+                            "Is the disk full, or the directory not yours?");
         }
     });
 }
 
-void writeVolume(const fs::path& file, const Volume& volume, const openvdb::MetaMap& extra, GridNames names)
+void writeVolume(const fs::path& file, const Volume& volume, const openvdb::MetaMap& extra,
+                 GridNames names)
 {
-    if (volume.parts.empty()) throw fileError(file, "", "a volume with at least one material to write", "none");
+    if (volume.parts.empty())
+        throw fileError(file, "", "a volume with at least one material to write", "none");
     writeVolume(file, pack(volume), extra, names);
 }
 

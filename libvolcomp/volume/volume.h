@@ -1,8 +1,9 @@
 // Voxels that can be rendered: what a box file and a composed volume file both hold.
 //
-// A Volume is a list of parts, one for each material; where parts overlap, their densities add and their radiances mix by
-// density (MODEL section 8). All grids of all parts share one linear transform with cubic voxels. A voxel (i,j,k) is the
-// cube of half a voxel around its index-space centre. Inactive voxels hold 0.
+// A Volume is a list of parts, one for each material; where parts overlap, their densities add and
+// their radiances mix by density (MODEL section 8). All grids of all parts share one linear
+// transform with cubic voxels. A voxel (i,j,k) is the cube of half a voxel around its index-space
+// centre. Inactive voxels hold 0.
 #pragma once
 
 #include <string>
@@ -21,15 +22,18 @@ struct VolumePart {
     MaterialKind kind = MaterialKind::fibre;
     openvdb::FloatGrid::Ptr density; ///< 1 / world length, finite, >= 0; never null
 
-    /// Tangent (fibre) or normal (surface), world space (box space in a box), sign free. Its length is 1 - s, where
-    /// s = sqrt((l2 + l3) / (2 l1)) is the spread of the directions that were summed in the voxel, l1 >= l2 >= l3 the eigenvalues of the
-    /// density-weighted sum of t tᵀ (MODEL section 8): 1 where all agree, 0 where there is no direction. Null: no direction.
+    /// Tangent (fibre) or normal (surface), world space (box space in a box), sign free. Its length
+    /// is 1 - s, where s = sqrt((l2 + l3) / (2 l1)) is the spread of the directions that were
+    /// summed in the voxel, l1 >= l2 >= l3 the eigenvalues of the density-weighted sum of t tᵀ
+    /// (MODEL section 8): 1 where all agree, 0 where there is no direction. Null: no direction.
     openvdb::Vec3SGrid::Ptr direction;
 
-    openvdb::Vec3SGrid::Ptr colour; ///< diffuse colour c_b, linear RGB; null: uniform_colour everywhere
+    openvdb::Vec3SGrid::Ptr
+        colour; ///< diffuse colour c_b, linear RGB; null: uniform_colour everywhere
     Vec3f uniform_colour{1.0f};
 
-    openvdb::Vec3SGrid::Ptr shown; ///< of a coarser level: VoxelTree::Shown of the whole voxel; null: 1 everywhere
+    openvdb::Vec3SGrid::Ptr
+        shown; ///< of a coarser level: VoxelTree::Shown of the whole voxel; null: 1 everywhere
 };
 
 /// A box or a composed volume: one part for each material, all with the same transform.

@@ -117,8 +117,8 @@ std::string messageOf(const Primitive& p, int variant = 0)
     return "no error";
 }
 
-// Mean transmittance, baked minus exact, and the mean of its magnitude over blocks of a quarter of the picture's width: the table
-// that docs/baking.md sums up. The limits hold up to two spacings.
+// Mean transmittance, baked minus exact, and the mean of its magnitude over blocks of a quarter of
+// the picture's width: the table that docs/baking.md sums up. The limits hold up to two spacings.
 TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
 {
     Level dense = tuftLevel(500), denser = tuftLevel(1500), combed = tuftLevel(250);
@@ -135,17 +135,20 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
     };
     Primitive plant = tree();
     const double leaf_spacing = leafSpacing(grow(plant, 0).at(1).segments);
-    const std::vector<Subject> subjects{{"sparse tuft", primitive({tuftLevel(60)}), spacing(60), 0.01},
-                                        {"dense tuft", primitive({dense}), spacing(500), 0.01},
-                                        {"very dense tuft", primitive({denser}), spacing(1500), 0.01},
-                                        {"combed tuft", primitive({combed}), spacing(250), 0.01},
-                                        {"tree", plant, leaf_spacing, 0.015}};
-    const std::vector<std::pair<const char*, Vec3d>> views{{"side", {1, 0, 0.05}}, {"oblique", {1, 1, 0.4}}, {"along", {0.02, -1, 0.01}}};
+    const std::vector<Subject> subjects{
+        {"sparse tuft", primitive({tuftLevel(60)}), spacing(60), 0.01},
+        {"dense tuft", primitive({dense}), spacing(500), 0.01},
+        {"very dense tuft", primitive({denser}), spacing(1500), 0.01},
+        {"combed tuft", primitive({combed}), spacing(250), 0.01},
+        {"tree", plant, leaf_spacing, 0.015}};
+    const std::vector<std::pair<const char*, Vec3d>> views{
+        {"side", {1, 0, 0.05}}, {"oblique", {1, 1, 0.4}}, {"along", {0.02, -1, 0.01}}};
     std::cout
         << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
     for (Subject subject : subjects) {
         std::vector<Segment> all;
-        for (const SkeletonPart& part : grow(subject.grown, 0)) all.insert(all.end(), part.segments.begin(), part.segments.end());
+        for (const SkeletonPart& part : grow(subject.grown, 0))
+            all.insert(all.end(), part.segments.begin(), part.segments.end());
         std::vector<StudyView> pictures;
         std::vector<std::vector<float>> exact;
         for (const auto& [name, direction] : views) {
@@ -158,16 +161,23 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
             double sum = 0, blocks = 0;
             for (std::size_t v = 0; v < views.size(); ++v) {
                 const double block = std::max(pictures[v].width, pictures[v].height) / 4;
-                const StudyError fibre = compare(exact[v], bakedTransmittance(box.volume, pictures[v], true), pictures[v], block);
-                const StudyError isotropic = compare(exact[v], bakedTransmittance(box.volume, pictures[v], false), pictures[v], block);
-                std::cout << fmt::format("| {} | {:g} | {} | {:.2f} | {:+.3f} | {:.3f} | {:+.3f} | {:.3f} |\n", subject.name, factor,
-                                         views[v].first, fibre.exact, fibre.mean, fibre.local, isotropic.mean, isotropic.local);
+                const StudyError fibre =
+                    compare(exact[v], bakedTransmittance(box.volume, pictures[v], true),
+                            pictures[v], block);
+                const StudyError isotropic =
+                    compare(exact[v], bakedTransmittance(box.volume, pictures[v], false),
+                            pictures[v], block);
+                std::cout << fmt::format(
+                    "| {} | {:g} | {} | {:.2f} | {:+.3f} | {:.3f} | {:+.3f} | {:.3f} |\n",
+                    subject.name, factor, views[v].first, fibre.exact, fibre.mean, fibre.local,
+                    isotropic.mean, isotropic.local);
                 sum += std::abs(fibre.mean) / double(views.size());
                 blocks += fibre.local / double(views.size());
             }
             if (factor > 2) continue;
             EXPECT_LE(sum, subject.limit) << subject.name << " at " << factor << " spacings";
-            EXPECT_LE(blocks, subject.limit + 0.01) << subject.name << " at " << factor << " spacings";
+            EXPECT_LE(blocks, subject.limit + 0.01)
+                << subject.name << " at " << factor << " spacings";
         }
     }
 }
@@ -178,7 +188,8 @@ TEST(Bake, TotalCoverageConvergesAsTheVoxelShrinks)
     const double expected = [&] { // (pi/4) * the projected area of all cones
         double area = 0;
         for (const SkeletonPart& part : grow(p, 0))
-            for (const Segment& s : part.segments) area += kPi / 4 * double(s.size_a + s.size_b) * (s.b - s.a).length();
+            for (const Segment& s : part.segments)
+                area += kPi / 4 * double(s.size_a + s.size_b) * (s.b - s.a).length();
         return area;
     }();
     double last = 0.15;
@@ -186,8 +197,10 @@ TEST(Bake, TotalCoverageConvergesAsTheVoxelShrinks)
         p.voxel = voxel;
         const Box box = bake(p, kMaterials, 0);
         double area = 0;
-        for (auto it = box.volume.parts[0].density->cbeginValueOn(); it; ++it) area -= std::expm1(-double(*it) * voxel) * voxel * voxel;
-        const double error = std::abs(area / expected - 1); // what strands that share a voxel hide of each other
+        for (auto it = box.volume.parts[0].density->cbeginValueOn(); it; ++it)
+            area -= std::expm1(-double(*it) * voxel) * voxel * voxel;
+        const double error =
+            std::abs(area / expected - 1); // what strands that share a voxel hide of each other
         EXPECT_LT(error, last) << voxel;
         last = error;
     }
@@ -202,10 +215,17 @@ TEST(BakeAccuracy, TransmittanceConvergesBelowTheRadius)
     const std::vector<Segment> segments = grow(p, 0).at(0).segments;
     const StudyView view(segments, {1, 0.1, 0.3}, 300);
     const std::vector<float> exact = exactTransmittance(segments, view);
-    for (const auto& [voxel, limit] : {std::pair(0.0016, 0.02), {0.0008, 0.02}, {0.0004, 0.015}, {0.0002, 0.01}, {0.0001, 0.006}}) {
+    for (const auto& [voxel, limit] : {std::pair(0.0016, 0.02),
+                                       {0.0008, 0.02},
+                                       {0.0004, 0.015},
+                                       {0.0002, 0.01},
+                                       {0.0001, 0.006}}) {
         p.voxel = voxel;
-        const StudyError error = compare(exact, bakedTransmittance(bake(p, kMaterials, 0).volume, view, true), view, view.width / 4);
-        EXPECT_LT(std::abs(error.mean), limit) << voxel << " exact " << error.exact << " error " << error.mean;
+        const StudyError error =
+            compare(exact, bakedTransmittance(bake(p, kMaterials, 0).volume, view, true), view,
+                    view.width / 4);
+        EXPECT_LT(std::abs(error.mean), limit)
+            << voxel << " exact " << error.exact << " error " << error.mean;
     }
 }
 
@@ -244,7 +264,9 @@ TEST(Bake, ColoursRunFromRootToTip)
     ASSERT_TRUE(box.volume.parts[0].colour);
     for (auto it = box.volume.parts[0].colour->cbeginValueOn(); it; ++it) {
         const double s = it.getCoord()[1] * 0.001 / 0.03;
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR((*it)[c], hair.colour_root[c] + (hair.colour_tip[c] - hair.colour_root[c]) * s, 0.03);
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR((*it)[c],
+                        hair.colour_root[c] + (hair.colour_tip[c] - hair.colour_root[c]) * s, 0.03);
     }
 }
 
@@ -263,7 +285,8 @@ TEST(Bake, HairThinnerThanAVoxelLeavesNoHoles)
         for (int k = 0; k <= 50; ++k) { // every voxel that holds more than a corner of it
             const Vec3d at = (Vec3d(s.a) + Vec3d(s.b - s.a) * (k / 50.0)) / p.voxel;
             const openvdb::Coord ijk = openvdb::Coord::round(at);
-            const double corner = std::max({std::abs(at[0] - ijk[0]), std::abs(at[1] - ijk[1]), std::abs(at[2] - ijk[2])});
+            const double corner = std::max(
+                {std::abs(at[0] - ijk[0]), std::abs(at[1] - ijk[1]), std::abs(at[2] - ijk[2])});
             if (corner < 0.45) {
                 EXPECT_GT(density.getValue(ijk), 0) << ijk;
             }
@@ -279,12 +302,14 @@ TEST(Bake, OddShapesAreRight)
         p.voxel = voxel;
         const Box box = bake(p, kMaterials, 0);
         for (const VolumePart& part : box.volume.parts)
-            for (auto it = part.density->cbeginValueOn(); it; ++it) EXPECT_TRUE(std::isfinite(*it) && *it > 0);
+            for (auto it = part.density->cbeginValueOn(); it; ++it)
+                EXPECT_TRUE(std::isfinite(*it) && *it > 0);
         return voxels(box);
     };
     EXPECT_EQ(boxOf([](Level& l) { l.count = {0, 0}; }, 0.01), 0U);
     EXPECT_EQ(boxOf([](Level& l) { l.length = l.length_ratio = 0; }, 0), 0U);
-    EXPECT_GT(boxOf([](Level& l) { l.radius = 0.3; }, 0.02), 5000U) << "a radius larger than the length is a round body";
+    EXPECT_GT(boxOf([](Level& l) { l.radius = 0.3; }, 0.02), 5000U)
+        << "a radius larger than the length is a round body";
     EXPECT_GT(boxOf(
                   [](Level& l) {
                       l.radius = 1e-8;
@@ -302,7 +327,13 @@ TEST(Bake, OddShapesAreRight)
                   },
                   0.002),
               0U);
-    EXPECT_GT(boxOf([](Level& l) { l.angle = {3, 3}; }, 0.002), 0U) << "the box grows below the ground as well";
+    EXPECT_GT(boxOf(
+                  [](Level& l) {
+                      l.angle = {3, 3};
+                  },
+                  0.002),
+              0U)
+        << "the box grows below the ground as well";
     EXPECT_GT(boxOf([](Level&) {}, 0.1), 0U) << "a voxel larger than the box";
 }
 
@@ -333,7 +364,9 @@ TEST(Bake, WhatCannotBeBakedIsSaid)
 {
     Primitive p = primitive({tuftLevel(3)});
     p.material = "silk";
-    EXPECT_NE(messageOf(p).find("the name of a material (fur, leaf), found 'silk'"), std::string::npos) << messageOf(p);
+    EXPECT_NE(messageOf(p).find("the name of a material (fur, leaf), found 'silk'"),
+              std::string::npos)
+        << messageOf(p);
     p.material = "fur";
     EXPECT_NE(messageOf(p, 2).find("variant from 0 to 1"), std::string::npos) << messageOf(p, 2);
     p.voxel = 1e-9;
@@ -353,7 +386,8 @@ TEST(Bake, SameVoxelsForAnyNumberOfThreads)
     };
     const Box one = with(1), four = with(4);
     for (std::size_t k = 0; k < 2; ++k) {
-        ASSERT_EQ(one.volume.parts[k].density->activeVoxelCount(), four.volume.parts[k].density->activeVoxelCount());
+        ASSERT_EQ(one.volume.parts[k].density->activeVoxelCount(),
+                  four.volume.parts[k].density->activeVoxelCount());
         for (auto it = one.volume.parts[k].density->cbeginValueOn(); it; ++it) {
             ASSERT_EQ(four.volume.parts[k].density->tree().getValue(it.getCoord()), *it);
             ASSERT_EQ(four.volume.parts[k].direction->tree().getValue(it.getCoord()),

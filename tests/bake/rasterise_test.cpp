@@ -11,7 +11,8 @@ using namespace volcomp;
 
 namespace {
 
-Segment cone(const Vec3d& a, const Vec3d& b, double radius_a, double radius_b, std::uint32_t strand = 0)
+Segment cone(const Vec3d& a, const Vec3d& b, double radius_a, double radius_b,
+             std::uint32_t strand = 0)
 {
     Segment s;
     s.a = Vec3f(a);
@@ -31,7 +32,10 @@ double totalCoverage(const VolumePart& part)
     return sum;
 }
 
-VolumePart bakeFibre(const std::vector<Segment>& segments, double voxel) { return rasterise(segments, "m", MaterialKind::fibre, voxel); }
+VolumePart bakeFibre(const std::vector<Segment>& segments, double voxel)
+{
+    return rasterise(segments, "m", MaterialKind::fibre, voxel);
+}
 
 } // namespace
 
@@ -39,12 +43,16 @@ TEST(Rasterise, CoverageOfAThinStrandIsExact)
 {
     Random random(1);
     for (int i = 0; i < 200; ++i) {
-        const double h = std::pow(10, 2 * random.symmetric()), r0 = 0.1 * h * random.uniform(), r1 = r0 * random.uniform();
-        const auto point = [&] { return Vec3d(random.symmetric(), random.symmetric(), random.symmetric()) * 30 * h; };
+        const double h = std::pow(10, 2 * random.symmetric()), r0 = 0.1 * h * random.uniform(),
+                     r1 = r0 * random.uniform();
+        const auto point = [&] {
+            return Vec3d(random.symmetric(), random.symmetric(), random.symmetric()) * 30 * h;
+        };
         const Vec3d a = point(), b = i % 4 == 0 ? a + Vec3d(0, 20 * h, 0) : point();
         const VolumePart part = bakeFibre({cone(a, b, r0, r1)}, h);
         const double expected = kPi / 4 * (r0 + r1) * (b - a).length() / (h * h);
-        EXPECT_NEAR(totalCoverage(part), expected, 1e-4 * expected + 2e-3) << i; // voxels below 1e-5 are not kept
+        EXPECT_NEAR(totalCoverage(part), expected, 1e-4 * expected + 2e-3)
+            << i; // voxels below 1e-5 are not kept
     }
 }
 
@@ -53,7 +61,8 @@ TEST(Rasterise, NumberOfPiecesDoesNotMatter)
     const Vec3d a(0.13, 0.1, 0.2), b(2.1, 3.7, 1.9);
     const auto pieces = [&](int n) {
         std::vector<Segment> segments;
-        for (int k = 0; k < n; ++k) segments.push_back(cone(a + (b - a) * k / n, a + (b - a) * (k + 1) / n, 0.05, 0.05));
+        for (int k = 0; k < n; ++k)
+            segments.push_back(cone(a + (b - a) * k / n, a + (b - a) * (k + 1) / n, 0.05, 0.05));
         return bakeFibre(segments, 0.25);
     };
     const VolumePart one = pieces(1), many = pieces(57);
@@ -64,12 +73,15 @@ TEST(Rasterise, NumberOfPiecesDoesNotMatter)
 TEST(Rasterise, ThickStrandIsFullInsideWithoutDoubleCountAtJoints)
 {
     const double h = 0.1;
-    const VolumePart part = bakeFibre({cone({0, 0, 0}, {0, 1, 0}, 0.5, 0.5), cone({0, 1, 0}, {0, 2, 0}, 0.5, 0.5)}, h);
+    const VolumePart part =
+        bakeFibre({cone({0, 0, 0}, {0, 1, 0}, 0.5, 0.5), cone({0, 1, 0}, {0, 2, 0}, 0.5, 0.5)}, h);
     const float full = static_cast<float>(-std::log(0.01) / h);
-    for (int y = 1; y < 20; ++y) EXPECT_NEAR(part.density->tree().getValue(openvdb::Coord(3, y, 1)), full, 1e-3 * full) << y;
+    for (int y = 1; y < 20; ++y)
+        EXPECT_NEAR(part.density->tree().getValue(openvdb::Coord(3, y, 1)), full, 1e-3 * full) << y;
     const VolumePart whole = bakeFibre({cone({0, 0, 0}, {0, 2, 0}, 0.5, 0.5)}, h);
     EXPECT_EQ(part.density->activeVoxelCount(), whole.density->activeVoxelCount());
-    for (auto it = whole.density->cbeginValueOn(); it; ++it) EXPECT_NEAR(part.density->tree().getValue(it.getCoord()), *it, 1e-3 * full);
+    for (auto it = whole.density->cbeginValueOn(); it; ++it)
+        EXPECT_NEAR(part.density->tree().getValue(it.getCoord()), *it, 1e-3 * full);
 }
 
 TEST(Rasterise, ThinAndThickFormulaMeet)
@@ -79,7 +91,8 @@ TEST(Rasterise, ThinAndThickFormulaMeet)
     };
     const double below = coverage(0.577), above = coverage(0.578); // the switch is at sqrt(1/3)
     EXPECT_NEAR(above, below, 0.06 * below);
-    EXPECT_NEAR(coverage(0.126), kPi / 2 * 0.126 * std::sqrt(30.0 * 30 + 40 * 40 + 30 * 30), 0.02 * coverage(0.126))
+    EXPECT_NEAR(coverage(0.126), kPi / 2 * 0.126 * std::sqrt(30.0 * 30 + 40 * 40 + 30 * 30),
+                0.02 * coverage(0.126))
         << "spread over the cross-section from 1/8 on";
     double last = 0;
     for (double r = 0.02; r < 1.5; r += 0.02) {
@@ -92,8 +105,10 @@ TEST(Rasterise, DirectionIsTheTangentOrTheNormal)
 {
     const Vec3d t = Vec3d(1, 2, -1) / std::sqrt(6.0);
     const VolumePart fibre = bakeFibre({cone({0, 0, 0}, t * 20, 0.05, 0.05)}, 1);
-    for (auto it = fibre.direction->cbeginValueOn(); it; ++it) EXPECT_NEAR(std::abs(Vec3d(*it).dot(t)), 1, 1e-3);
-    const VolumePart trunk = rasterise({cone({0, 0, 0}, {0, 20, 0}, 5, 5)}, "m", MaterialKind::surface, 1);
+    for (auto it = fibre.direction->cbeginValueOn(); it; ++it)
+        EXPECT_NEAR(std::abs(Vec3d(*it).dot(t)), 1, 1e-3);
+    const VolumePart trunk =
+        rasterise({cone({0, 0, 0}, {0, 20, 0}, 5, 5)}, "m", MaterialKind::surface, 1);
     for (auto it = trunk.direction->cbeginValueOn(); it; ++it) {
         const openvdb::Coord c = it.getCoord();
         if (c[1] < 2 || c[1] > 18 || (c[0] == 0 && c[2] == 0)) continue;
@@ -102,7 +117,8 @@ TEST(Rasterise, DirectionIsTheTangentOrTheNormal)
     Segment leaf = cone({0, 0, 0}, {4, 0, 0}, 1, 1);
     leaf.side = Vec3f(0, 0.6f, 0.8f);
     const VolumePart leaves = rasterise({leaf}, "m", MaterialKind::surface, 0.3);
-    for (auto it = leaves.direction->cbeginValueOn(); it; ++it) EXPECT_NEAR(std::abs(Vec3d(*it).dot(Vec3d(0, -0.8, 0.6))), 1, 1e-3);
+    for (auto it = leaves.direction->cbeginValueOn(); it; ++it)
+        EXPECT_NEAR(std::abs(Vec3d(*it).dot(Vec3d(0, -0.8, 0.6))), 1, 1e-3);
 }
 
 TEST(Rasterise, SameBytesForAnyNumberOfThreads)
@@ -112,7 +128,8 @@ TEST(Rasterise, SameBytesForAnyNumberOfThreads)
     for (std::uint32_t i = 0; i < 3000; ++i) {
         const Vec3d a(10 * random.uniform(), 10 * random.uniform(), 10 * random.uniform());
         segments.push_back(
-            cone(a, a + Vec3d(random.symmetric(), random.symmetric(), random.symmetric()), 0.3 * random.uniform(), 0.05, i / 3));
+            cone(a, a + Vec3d(random.symmetric(), random.symmetric(), random.symmetric()),
+                 0.3 * random.uniform(), 0.05, i / 3));
     }
     const auto with = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -122,7 +139,8 @@ TEST(Rasterise, SameBytesForAnyNumberOfThreads)
     EXPECT_EQ(one.density->activeVoxelCount(), four.density->activeVoxelCount());
     for (auto it = one.density->cbeginValueOn(); it; ++it) {
         ASSERT_EQ(four.density->tree().getValue(it.getCoord()), *it);
-        ASSERT_EQ(four.direction->tree().getValue(it.getCoord()), one.direction->tree().getValue(it.getCoord()));
+        ASSERT_EQ(four.direction->tree().getValue(it.getCoord()),
+                  one.direction->tree().getValue(it.getCoord()));
     }
 }
 

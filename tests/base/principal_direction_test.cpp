@@ -73,7 +73,8 @@ TEST(Eigen3, JacobiAgreesWithKnownEigenvalues)
         Vec3d e1 = e0.cross(unitVector(random));
         e1.normalize();
         const Vec3d e2 = e0.cross(e1);
-        const double l0 = 1, l1 = i % 3 == 0 ? 1 : random.uniform(), l2 = i % 2 == 0 ? l1 : l1 * random.uniform();
+        const double l0 = 1, l1 = i % 3 == 0 ? 1 : random.uniform(),
+                     l2 = i % 2 == 0 ? l1 : l1 * random.uniform();
         SymmetricTensor a;
         a.add(l0, e0);
         a.add(l1, e1);

@@ -28,14 +28,19 @@ TEST(Compose, anAlignedBoxIsCopiedExactly)
     const Box box = strands(16, 24, 12, 0.01, 1);
     const Volume v = composed({box}, {turned({0, 1, 0}, 0, {0.05, -0.11, 0.33})}, voxel(0.01));
     ASSERT_EQ(v.parts.size(), 1u);
-    EXPECT_EQ(v.parts[0].density->activeVoxelCount(), box.volume.parts[0].density->activeVoxelCount());
+    EXPECT_EQ(v.parts[0].density->activeVoxelCount(),
+              box.volume.parts[0].density->activeVoxelCount());
     const auto& from = box.volume.parts[0];
     for (auto it = from.density->cbeginValueOn(); it; ++it) {
         const Coord c = it.getCoord().offsetBy(5, -11, 33);
         EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(c), *it);
-        const auto d = v.parts[0].direction->tree().getValue(c), e = from.direction->tree().getValue(it.getCoord());
+        const auto d = v.parts[0].direction->tree().getValue(c),
+                   e = from.direction->tree().getValue(it.getCoord());
         EXPECT_GT(std::abs(d.dot(e)), 0.999f);
-        EXPECT_LT((v.parts[0].colour->tree().getValue(c) - from.colour->tree().getValue(it.getCoord())).length(), 1e-3f); // half floats
+        EXPECT_LT(
+            (v.parts[0].colour->tree().getValue(c) - from.colour->tree().getValue(it.getCoord()))
+                .length(),
+            1e-3f); // half floats
     }
 }
 
@@ -50,12 +55,15 @@ TEST(Compose, aQuarterTurnAboutAnAxisIsExact)
             ASSERT_EQ(v.parts[0].density->activeVoxelCount(), from.density->activeVoxelCount());
             for (auto it = from.density->cbeginValueOn(); it; ++it) {
                 const Coord c = it.getCoord();
-                const Vec3f q = p.x_axis * float(c[0]) + p.y_axis * float(c[1]) + p.z_axis * float(c[2]);
-                const Coord to(int(std::lround(q[0])) + 123, int(std::lround(q[1])), int(std::lround(q[2])) - 456);
+                const Vec3f q =
+                    p.x_axis * float(c[0]) + p.y_axis * float(c[1]) + p.z_axis * float(c[2]);
+                const Coord to(int(std::lround(q[0])) + 123, int(std::lround(q[1])),
+                               int(std::lround(q[2])) - 456);
                 EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(to), *it);
                 const auto e = from.direction->tree().getValue(c);
                 const Vec3f expected = p.x_axis * e[0] + p.y_axis * e[1] + p.z_axis * e[2];
-                EXPECT_GT(std::abs(v.parts[0].direction->tree().getValue(to).dot(expected)), 0.999f);
+                EXPECT_GT(std::abs(v.parts[0].direction->tree().getValue(to).dot(expected)),
+                          0.999f);
             }
         }
 }
@@ -70,13 +78,15 @@ TEST(Compose, theIntegralOfDensityIsKeptAtAnyVoxelSize)
             const Volume v = composed({box}, {p}, voxel(0.01 * ratio));
             // Density is 1 / length: scaled by s, a box holds s^2 of its integral.
             const double expected = before * p.scale * p.scale;
-            EXPECT_NEAR(massOf(v.parts[0]) / expected, 1, 2e-5) << "voxel " << ratio << " of the box's";
+            EXPECT_NEAR(massOf(v.parts[0]) / expected, 1, 2e-5)
+                << "voxel " << ratio << " of the box's";
         }
 }
 
 TEST(Compose, equalsABruteForceCompositeInDouble)
 {
-    // The reference computes each cube's overlap with every voxel in double, and the largest eigenvector by Jacobi rotations.
+    // The reference computes each cube's overlap with every voxel in double, and the largest
+    // eigenvector by Jacobi rotations.
     const double h = 0.013;
     std::vector<Box> boxes{strands(10, 14, 8, 0.01, 4), strands(8, 20, 6, 0.02, 5)};
     std::vector<Placement> placements;
@@ -99,11 +109,15 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
             for (int sub = 0; sub < n * n * n; ++sub) {
                 const int index[3] = {sub / (n * n), sub / n % n, sub % n};
                 Vec3d local;
-                for (int i = 0; i < 3; ++i) local[i] = it.getCoord()[i] + (index[i] + 0.5) / n - 0.5;
-                const Vec3d world =
-                    p.position / h + (Vec3d(p.x_axis) * local[0] + Vec3d(p.y_axis) * local[1] + Vec3d(p.z_axis) * local[2]) * step;
+                for (int i = 0; i < 3; ++i)
+                    local[i] = it.getCoord()[i] + (index[i] + 0.5) / n - 0.5;
+                const Vec3d world = p.position / h
+                    + (Vec3d(p.x_axis) * local[0] + Vec3d(p.y_axis) * local[1]
+                       + Vec3d(p.z_axis) * local[2])
+                        * step;
                 const auto d = Vec3d(part.direction->tree().getValue(it.getCoord()));
-                const Vec3d t = Vec3d(p.x_axis) * d[0] + Vec3d(p.y_axis) * d[1] + Vec3d(p.z_axis) * d[2];
+                const Vec3d t =
+                    Vec3d(p.x_axis) * d[0] + Vec3d(p.y_axis) * d[1] + Vec3d(p.z_axis) * d[2];
                 const auto c = Vec3d(part.colour->tree().getValue(it.getCoord()));
                 for (int x = int(std::floor(world[0])) - 2; x <= world[0] + 2; ++x)
                     for (int y = int(std::floor(world[1])) - 2; y <= world[1] + 2; ++y)
@@ -111,14 +125,17 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
                             double overlap = 1;
                             const int cell[3] = {x, y, z};
                             for (int i = 0; i < 3; ++i)
-                                overlap *= std::max(
-                                    0.0, std::min(cell[i] + 0.5, world[i] + width / 2) - std::max(cell[i] - 0.5, world[i] - width / 2));
+                                overlap *=
+                                    std::max(0.0,
+                                             std::min(cell[i] + 0.5, world[i] + width / 2)
+                                                 - std::max(cell[i] - 0.5, world[i] - width / 2));
                             if (overlap <= 0) continue;
                             Sum& s = reference[Coord(x, y, z)];
                             const double rho = *it / double(p.scale) * overlap;
                             s.density += rho;
                             s.tensor.add(rho, t);
-                            s.colour += Vec3d(c[0] * p.tint[0], c[1] * p.tint[1], c[2] * p.tint[2]) * rho;
+                            s.colour +=
+                                Vec3d(c[0] * p.tint[0], c[1] * p.tint[1], c[2] * p.tint[2]) * rho;
                         }
             }
     }
@@ -128,13 +145,16 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
         const double rho = v.parts[0].density->tree().getValue(c);
         total += s.density;
         difference += std::abs(rho - s.density);
-        colours += s.density * (Vec3d(v.parts[0].colour->tree().getValue(c)) - s.colour / s.density).length();
+        colours += s.density
+            * (Vec3d(v.parts[0].colour->tree().getValue(c)) - s.colour / s.density).length();
         const Principal expected = principalDirection(s.tensor);
         const Vec3d d(v.parts[0].direction->tree().getValue(c));
         EXPECT_NEAR(d.length(), 1 - expected.spread, 0.01) << c;
-        // Where the two largest eigenvalues are close, a small difference turns the direction: weigh by how clear it is.
-        angles +=
-            s.density * (1 - expected.spread) * std::acos(std::min(1.0, std::abs(d.dot(expected.direction)) / std::max(1e-9, d.length())));
+        // Where the two largest eigenvalues are close, a small difference turns the direction:
+        // weigh by how clear it is.
+        angles += s.density * (1 - expected.spread)
+            * std::acos(std::min(1.0,
+                                 std::abs(d.dot(expected.direction)) / std::max(1e-9, d.length())));
     }
     EXPECT_LT(difference / total, 1e-3); // positions are rounded to 1/4096 voxel
     EXPECT_LT(colours / total, 1e-3);
@@ -152,12 +172,14 @@ TEST(Compose, transmittanceThroughAScaledBoxIsTheOriginals)
     box.volume.parts.push_back(fullPart(0.01));
     for (int x = 0; x < 20; ++x)
         for (int y = 0; y < 20; ++y)
-            for (int z = 0; z < 20; ++z) set(box.volume.parts[0], Coord(x, y, z), 7, {0, 1, 0}, Vec3f(1.0f));
+            for (int z = 0; z < 20; ++z)
+                set(box.volume.parts[0], Coord(x, y, z), 7, {0, 1, 0}, Vec3f(1.0f));
     for (const float scale : {0.5f, 1.0f, 1.7f, 3.0f}) {
         const Volume v = composed({box}, {turned({0, 1, 0}, 0, Vec3d(0.0), scale)}, voxel(0.01));
         const int middle = int(10 * scale);
         double depth = 0;
-        for (int z = -5; z < 80; ++z) depth += v.parts[0].density->tree().getValue(Coord(middle, middle, z)) * 0.01;
+        for (int z = -5; z < 80; ++z)
+            depth += v.parts[0].density->tree().getValue(Coord(middle, middle, z)) * 0.01;
         EXPECT_NEAR(depth, 7 * 0.2, 2e-3) << scale;
     }
 }
@@ -199,11 +221,14 @@ TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)
     const Box box = strands(16, 20, 10, 0.01, 9);
     Placement p = randomPlacement(5, 0.1), far = p;
     far.position += Vec3d(1e6, -1e6, 1e6) * 0.01;
-    const Volume near_volume = composed({box}, {p}, voxel(0.01)), far_volume = composed({box}, {far}, voxel(0.01));
+    const Volume near_volume = composed({box}, {p}, voxel(0.01)),
+                 far_volume = composed({box}, {far}, voxel(0.01));
     double difference = 0, total = 0;
     for (auto it = near_volume.parts[0].density->cbeginValueOn(); it; ++it) {
         total += *it;
-        difference += std::abs(*it - far_volume.parts[0].density->tree().getValue(it.getCoord().offsetBy(1000000, -1000000, 1000000)));
+        difference += std::abs(*it
+                               - far_volume.parts[0].density->tree().getValue(
+                                   it.getCoord().offsetBy(1000000, -1000000, 1000000)));
     }
     EXPECT_LT(difference / total, 1e-3);
 }

@@ -20,10 +20,12 @@ TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
         const Volume v = composed({box}, p, voxel(0.1));
         return Vec3d(v.parts[0].direction->tree().getValue(Coord(0, 0, 0)));
     };
-    const Placement up = turned({0, 0, 1}, 0, Vec3d(0.0)), down = turned({0, 0, 1}, kPi, Vec3d(0.0));
+    const Placement up = turned({0, 0, 1}, 0, Vec3d(0.0)),
+                    down = turned({0, 0, 1}, kPi, Vec3d(0.0));
     EXPECT_NEAR(std::abs(directionOf({up, down})[1]), 1, 1e-3);
     // Three crossed fibres have no direction; two of three keep the spread sqrt((1 + 0) / (2 * 2)).
-    const Placement x = turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), z = turned({1, 0, 0}, kPi / 2, Vec3d(0.0));
+    const Placement x = turned({0, 0, 1}, kPi / 2, Vec3d(0.0)),
+                    z = turned({1, 0, 0}, kPi / 2, Vec3d(0.0));
     EXPECT_LT(directionOf({up, x, z}).length(), 0.01);
     EXPECT_NEAR(directionOf({up, up, x}).length(), 1 - 0.5, 1e-3);
     EXPECT_NEAR(std::abs(directionOf({up, up, x})[1]), 0.5, 1e-3);
@@ -37,11 +39,14 @@ TEST(Compose, ofTwoEquallyStrongDirectionsTheEarlierIsKept)
     const Vec3d axes[3] = {{0, 0, 1}, {1, 0, 0}, {1, 1, 1}};
     for (int first = 0; first < 3; ++first)
         for (int second = 0; second < 3; ++second) {
-            // The fibre turned about an axis by 90 degrees and back again: at right angles, in both orders.
-            const Placement a = turned(axes[first], 0, Vec3d(0.0)), b = turned(axes[second], kPi / 2, Vec3d(0.0));
+            // The fibre turned about an axis by 90 degrees and back again: at right angles, in both
+            // orders.
+            const Placement a = turned(axes[first], 0, Vec3d(0.0)),
+                            b = turned(axes[second], kPi / 2, Vec3d(0.0));
             if (std::abs(a.y_axis.dot(b.y_axis)) > 0.1f) continue;
             for (const auto& [one, two] : {std::make_pair(a, b), std::make_pair(b, a)}) {
-                std::vector<Placement> placements(20, randomPlacement(1, 0.0)); // elsewhere, in the same tile
+                std::vector<Placement> placements(
+                    20, randomPlacement(1, 0.0)); // elsewhere, in the same tile
                 for (Placement& p : placements) p.position = Vec3d(0.5, 0.5, 0.5);
                 placements[7] = one;
                 placements[8] = two;
@@ -58,7 +63,9 @@ TEST(Compose, aSpreadThatABoxHoldsIsKept)
     Box box{"one", 0, {}};
     box.volume.parts.push_back(fullPart(0.1));
     set(box.volume.parts[0], Coord(0, 0, 0), 5, Vec3f(0.0f, 0.7f, 0.0f), Vec3f(1.0f));
-    const Volume v = composed({box}, {turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), turned({0, 0, 1}, kPi / 2, Vec3d(0.0))}, voxel(0.1));
+    const Volume v = composed(
+        {box}, {turned({0, 0, 1}, kPi / 2, Vec3d(0.0)), turned({0, 0, 1}, kPi / 2, Vec3d(0.0))},
+        voxel(0.1));
     EXPECT_NEAR(std::abs(v.parts[0].direction->tree().getValue(Coord(0, 0, 0))[0]), 0.7, 5e-4);
 }
 

@@ -26,7 +26,8 @@ Box tuft(double depth)
         double x = random.uniform(-12, 12), z = random.uniform(-12, 12);
         const double dx = random.symmetric() * 0.2, dz = random.symmetric() * 0.2;
         for (int y = 0; y < 48; ++y, x += dx, z += dz)
-            part.density->tree().setValue(Coord(int(std::lround(x)), y, int(std::lround(z))), float(depth / kVoxel));
+            part.density->tree().setValue(Coord(int(std::lround(x)), y, int(std::lround(z))),
+                                          float(depth / kVoxel));
     }
     return box;
 }
@@ -47,13 +48,15 @@ double shadeOf(const Volume& v, int axis)
 
 TEST(PlacedBox, spreadsTheShadeAsTheDocumentationSays)
 {
-    // A turn about the ray's direction does not change the shade, so the box's own voxels are the reference. The figures are docs/composing.md's: spreading
-    // a thin strand lets it cover more, most where rays run along it.
+    // A turn about the ray's direction does not change the shade, so the box's own voxels are the
+    // reference. The figures are docs/composing.md's: spreading a thin strand lets it cover more,
+    // most where rays run along it.
     struct Case {
         double depth, ratio, from_side, along; ///< composed shade / the box's
     };
-    const Case cases[] = {{0.3, 0.5, 1.019, 1.111}, {0.3, 1, 1.037, 1.209}, {0.3, 2, 1.070, 1.428}, {0.3, 4, 1.092, 1.624},
-                          {2, 0.5, 1.073, 1.261},   {2, 1, 1.141, 1.482},   {2, 2, 1.248, 1.984},   {2, 4, 1.339, 2.566}};
+    const Case cases[] = {{0.3, 0.5, 1.019, 1.111}, {0.3, 1, 1.037, 1.209}, {0.3, 2, 1.070, 1.428},
+                          {0.3, 4, 1.092, 1.624},   {2, 0.5, 1.073, 1.261}, {2, 1, 1.141, 1.482},
+                          {2, 2, 1.248, 1.984},     {2, 4, 1.339, 2.566}};
     for (const Case& k : cases) {
         const Box box = tuft(k.depth);
         for (const int axis : {0, 1}) {
@@ -63,15 +66,20 @@ TEST(PlacedBox, spreadsTheShadeAsTheDocumentationSays)
                 Vec3d along(0.0);
                 along[axis] = 1;
                 const double angle = random.uniform(0, 2 * kPi);
-                const Placement p = turned(along, angle, Vec3d(random.uniform(), random.uniform(), random.uniform()));
+                const Placement p = turned(
+                    along, angle, Vec3d(random.uniform(), random.uniform(), random.uniform()));
                 sum += shadeOf(composed({box}, {p}, voxel(kVoxel * k.ratio)), axis) / 8;
             }
             const double own = shadeOf(box.volume, axis);
-            EXPECT_NEAR(sum / own / (axis == 0 ? k.from_side : k.along), 1, 0.02) << k.depth << " " << k.ratio;
+            EXPECT_NEAR(sum / own / (axis == 0 ? k.from_side : k.along), 1, 0.02)
+                << k.depth << " " << k.ratio;
             const Coord size = box.volume.parts[0].density->evalActiveVoxelDim();
-            const double area = double(size[(axis + 1) % 3]) * size[(axis + 2) % 3] * kVoxel * kVoxel;
-            RecordProperty(std::to_string(k.depth) + "_" + std::to_string(k.ratio) + "_" + "xyz"[axis],
-                           "transmittance " + std::to_string(1 - own / area) + ", composed " + std::to_string(1 - sum / area));
+            const double area =
+                double(size[(axis + 1) % 3]) * size[(axis + 2) % 3] * kVoxel * kVoxel;
+            RecordProperty(std::to_string(k.depth) + "_" + std::to_string(k.ratio) + "_"
+                               + "xyz"[axis],
+                           "transmittance " + std::to_string(1 - own / area) + ", composed "
+                               + std::to_string(1 - sum / area));
         }
     }
 }
@@ -87,7 +95,8 @@ TEST(PlacedBox, itsTilesAreThoseThatItReaches)
     PlacedBox(p, part, 0.007).forTiles([&](const Coord& t) { tiles.push_back(t); });
     const PackedVolume volume = compose({box}, {p}, voxel(0.007));
     for (const PackedBlock& b : volume.parts[0].blocks) {
-        const Coord tile(b.origin[0] >> TileAccumulator::kLog2, b.origin[1] >> TileAccumulator::kLog2,
+        const Coord tile(b.origin[0] >> TileAccumulator::kLog2,
+                         b.origin[1] >> TileAccumulator::kLog2,
                          b.origin[2] >> TileAccumulator::kLog2);
         EXPECT_NE(std::find(tiles.begin(), tiles.end(), tile), tiles.end()) << tile;
     }

@@ -16,7 +16,9 @@ struct Start {
 
 Surface slab(double edge, const Vec3d& normal)
 {
-    const Vec3d n = normal.unit(), a = n.cross(std::abs(n[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit() * edge, b = n.cross(a);
+    const Vec3d n = normal.unit(),
+                a = n.cross(std::abs(n[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit() * edge,
+                b = n.cross(a);
     Mesh m;
     m.points = {-a - b, a - b, a + b, b - a};
     m.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -49,13 +51,16 @@ TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
             EXPECT_NEAR(mass * h * h * h / s.area(), -std::log(1e-3), 1e-3 * -std::log(1e-3));
             EXPECT_EQ(v.parts[0].colour, nullptr);
             EXPECT_NEAR(v.parts[0].uniform_colour[1], 0.1, 1e-6);
-            // A shell as thick as a voxel is coarse for a single ray (2/3 to 4/3 along (1,1,0)), but no ray finds a hole.
+            // A shell as thick as a voxel is coarse for a single ray (2/3 to 4/3 along (1,1,0)),
+            // but no ray finds a hole.
             for (int k = 0; k < 50; ++k) {
-                const Vec3d from = normal.unit().cross(Vec3d(std::sin(k), std::cos(k), std::sin(3 * k))) * 0.3;
+                const Vec3d from =
+                    normal.unit().cross(Vec3d(std::sin(k), std::cos(k), std::sin(3 * k))) * 0.3;
                 double depth = 0;
                 for (double t = -4 * h; t < 4 * h; t += 0.01 * h) {
                     const Vec3d p = (from + normal.unit() * t) / h;
-                    depth += 0.01 * h * v.parts[0].density->tree().getValue(openvdb::Coord::round(p));
+                    depth +=
+                        0.01 * h * v.parts[0].density->tree().getValue(openvdb::Coord::round(p));
                 }
                 EXPECT_GT(depth, 0.4 * -std::log(1e-3)) << normal << h << from;
             }
@@ -87,7 +92,8 @@ TEST(Skin, ofPartsThatIntersectTheDensitiesAdd)
     const Mesh other = slab(0.5, {0, 0.1, 1}).mesh();
     for (const Vec3d& p : other.points) crossed.points.push_back(p);
     crossed.normals.insert(crossed.normals.end(), other.normals.begin(), other.normals.end());
-    for (std::array<std::int32_t, 3> t : other.triangles) crossed.triangles.push_back({t[0] + 4, t[1] + 4, t[2] + 4});
+    for (std::array<std::int32_t, 3> t : other.triangles)
+        crossed.triangles.push_back({t[0] + 4, t[1] + 4, t[2] + 4});
     SkinSpec spec;
     spec.material = "leather";
     spec.transmittance = 1e-3;
@@ -98,10 +104,12 @@ TEST(Skin, ofPartsThatIntersectTheDensitiesAdd)
         extras.skins.emplace_back(s, spec);
         return unpack(compose({}, {}, extras, params)).parts.at(0);
     };
-    const VolumePart both = skinOf(Surface(crossed, MapProjection{})), a = skinOf(slab(0.5, {1, 0, 0})), b = skinOf(slab(0.5, {0, 0.1, 1}));
+    const VolumePart both = skinOf(Surface(crossed, MapProjection{})),
+                     a = skinOf(slab(0.5, {1, 0, 0})), b = skinOf(slab(0.5, {0, 0.1, 1}));
     double line = 0;
     for (auto it = both.density->cbeginValueOn(); it; ++it) {
-        const float in_a = a.density->tree().getValue(it.getCoord()), in_b = b.density->tree().getValue(it.getCoord());
+        const float in_a = a.density->tree().getValue(it.getCoord()),
+                    in_b = b.density->tree().getValue(it.getCoord());
         EXPECT_NEAR(*it, in_a + in_b, 1e-4f * (in_a + in_b));
         if (in_a > 0 && in_b > 0) line += 1;
     }

@@ -34,7 +34,10 @@ Primitive primitive(std::vector<Level> levels)
     return p;
 }
 
-std::vector<Segment> grown(const Primitive& p, int variant = 0) { return grow(p, variant).at(0).segments; }
+std::vector<Segment> grown(const Primitive& p, int variant = 0)
+{
+    return grow(p, variant).at(0).segments;
+}
 
 std::map<std::uint32_t, std::vector<Segment>> byStrand(const std::vector<Segment>& segments)
 {
@@ -106,7 +109,8 @@ TEST(Grow, ChildrenStandWhereAndAsTheirLevelSays)
         EXPECT_NEAR(first.size_a, 0.5 * 0.01 * (1 - 0.5 * first.a[1]), 1e-6);
         if (number == 1) continue;
         const Vec3d u = axis(all.at(number - 1).front()), v = axis(first);
-        const double turn = std::atan2(u[2] * v[0] - u[0] * v[2], u[0] * v[0] + u[2] * v[2]) / kDegree;
+        const double turn =
+            std::atan2(u[2] * v[0] - u[0] * v[2], u[0] * v[0] + u[2] * v[2]) / kDegree;
         EXPECT_NEAR(std::abs(turn), 137.50776, 1e-3) << "phyllotaxis";
     }
 }
@@ -128,7 +132,8 @@ TEST(Grow, WhorlsAndPlanesAreRegular)
     branch.whorl = 1;
     branch.planar = true;
     all = byStrand(grown(primitive({trunk, branch})));
-    for (std::uint32_t k = 2; k <= 12; ++k) EXPECT_NEAR(axis(all.at(k).front()).dot(axis(all.at(k - 1).front())), -1, 1e-5);
+    for (std::uint32_t k = 2; k <= 12; ++k)
+        EXPECT_NEAR(axis(all.at(k).front()).dot(axis(all.at(k - 1).front())), -1, 1e-5);
 }
 
 TEST(Grow, TropismsTurnTheRightWay)
@@ -151,7 +156,8 @@ TEST(Grow, TropismsTurnTheRightWay)
     Level hair = strands("hair", "ground", 20);
     hair.comb = kPi / 2;
     hair.spread = 0.1;
-    for (const auto& [number, pieces] : byStrand(grown(primitive({hair})))) EXPECT_GT(axis(pieces.back())[0], 0.5);
+    for (const auto& [number, pieces] : byStrand(grown(primitive({hair}))))
+        EXPECT_GT(axis(pieces.back())[0], 0.5);
 }
 
 TEST(Grow, ClumpBringsTipsTogether)
@@ -166,14 +172,16 @@ TEST(Grow, ClumpBringsTipsTogether)
         return sum;
     };
     EXPECT_GT(spreadOfTips(0), 0.3);
-    EXPECT_LT(spreadOfTips(0.8), 0.35 * spreadOfTips(0) + 0.2); // one clump, whose middle may lie anywhere
+    EXPECT_LT(spreadOfTips(0.8),
+              0.35 * spreadOfTips(0) + 0.2); // one clump, whose middle may lie anywhere
 }
 
 TEST(Grow, FewPiecesOfALeafHaveTheAreaOfTheOutline)
 {
     for (Outline outline : {Outline::blade, Outline::ellipse, Outline::ovate, Outline::obovate}) {
         double expected = 0;
-        for (int k = 0; k < 10000; ++k) expected += 0.3 * outlineWidth(outline, (k + 0.5) / 10000) / 10000;
+        for (int k = 0; k < 10000; ++k)
+            expected += 0.3 * outlineWidth(outline, (k + 0.5) / 10000) / 10000;
         for (int pieces : {1, 2, 3, 16}) {
             Level leaf = strands("leaf", "ground", 1);
             leaf.outline = outline;
@@ -191,7 +199,8 @@ TEST(Grow, FewPiecesOfALeafHaveTheAreaOfTheOutline)
 
 TEST(Grow, TheBoundIsTheCount)
 {
-    Level trunk = strands("trunk", "ground", 3), branch = strands("branch", "trunk", 4), leaf = strands("leaf", "branch", 5);
+    Level trunk = strands("trunk", "ground", 3), branch = strands("branch", "trunk", 4),
+          leaf = strands("leaf", "branch", 5);
     branch.depth = 3;
     branch.fork = {2, 2};
     leaf.on_depth = {2, 3};
@@ -256,7 +265,8 @@ TEST(Grow, DegenerateParametersGrowNothingThatIsNotFinite)
     leaf.outline = Outline::ellipse;
     leaf.angle = {0, 0};
     leaf.facing = 1;
-    for (const Segment& s : grown(primitive({knot, leaf}))) EXPECT_TRUE((s.a + s.b + s.side).isFinite());
+    for (const Segment& s : grown(primitive({knot, leaf})))
+        EXPECT_TRUE((s.a + s.b + s.side).isFinite());
 }
 
 TEST(Grow, ValuesOutOfRangeAreNamed)
@@ -264,12 +274,15 @@ TEST(Grow, ValuesOutOfRangeAreNamed)
     for (double bad : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0}) {
         Level level = strands("a", "ground", 5);
         level.curl_radius = bad;
-        EXPECT_NE(messageOf(primitive({level})).find("level 'a': curl_radius"), std::string::npos) << messageOf(primitive({level}));
+        EXPECT_NE(messageOf(primitive({level})).find("level 'a': curl_radius"), std::string::npos)
+            << messageOf(primitive({level}));
         level = strands("a", "ground", 5);
         level.count.second = bad;
-        EXPECT_NE(messageOf(primitive({level})).find("level 'a': count"), std::string::npos) << messageOf(primitive({level}));
+        EXPECT_NE(messageOf(primitive({level})).find("level 'a': count"), std::string::npos)
+            << messageOf(primitive({level}));
     }
-    EXPECT_NE(messageOf(primitive({strands("a", "b", 5)})).find("stands on 'b'"), std::string::npos);
+    EXPECT_NE(messageOf(primitive({strands("a", "b", 5)})).find("stands on 'b'"),
+              std::string::npos);
 }
 
 } // namespace

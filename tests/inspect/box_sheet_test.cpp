@@ -30,11 +30,13 @@ TEST(Sheet, ABoxStandsInTheMiddleOfItsPicture)
 {
     const SheetTile tile = pictureOf(boxOf(1), {Material{"bark"}}, {}, 64);
     EXPECT_EQ(tile.title, "post 2");
-    EXPECT_EQ(tile.subtitle.find("2.5 m high, 70 cm wide, "), 0U) << tile.subtitle; // tapered, with round ends, in whole voxels
+    EXPECT_EQ(tile.subtitle.find("2.5 m high, 70 cm wide, "), 0U)
+        << tile.subtitle; // tapered, with round ends, in whole voxels
     const float* sky = tile.picture.pixel(0, 0);
     for (int x : {2, 61}) EXPECT_EQ(tile.picture.pixel(x, 32)[2], sky[2]);
     EXPECT_GT(std::abs(tile.picture.pixel(32, 32)[2] - sky[2]), 0.05f);
-    for (int y : {0, 63}) EXPECT_EQ(tile.picture.pixel(32, y)[2], sky[2]) << "all of it is in the picture";
+    for (int y : {0, 63})
+        EXPECT_EQ(tile.picture.pixel(32, y)[2], sky[2]) << "all of it is in the picture";
 }
 
 TEST(Sheet, LabelsAreWrittenBelowThePictures)

@@ -11,5 +11,8 @@ int main(int, char** argv)
     part.density->tree().setValue(openvdb::Coord(1, 2, 3), 4.0f);
     volcomp::writeVolume(argv[1], {{part}});
     const volcomp::Volume back = volcomp::readVolume(argv[1]);
-    return back.parts.size() == 1 && back.parts[0].density->tree().getValue(openvdb::Coord(1, 2, 3)) == 4.0f ? 0 : 1;
+    return back.parts.size() == 1
+            && back.parts[0].density->tree().getValue(openvdb::Coord(1, 2, 3)) == 4.0f
+        ? 0
+        : 1;
 }

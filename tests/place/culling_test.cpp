@@ -75,7 +75,8 @@ TEST(View, theVoxelFollowsTheNearestVisiblePoint)
     EXPECT_NEAR(voxelFromCamera({&low, &tip}, c, 640, 480, 0.5), 0.5 * at0 / 5, 1e-9);
 }
 
-// A ball that touches one of the picture's four planes is in view, one just beyond is not; nor is one behind the eye.
+// A ball that touches one of the picture's four planes is in view, one just beyond is not; nor is
+// one behind the eye.
 TEST(View, ABallIsInViewAsFarAsItReaches)
 {
     const double radius = 0.3;
@@ -84,16 +85,21 @@ TEST(View, ABallIsInViewAsFarAsItReaches)
         c.eye = Vec3d(1, 2, 3);
         c.target = Vec3d(2, 2.5, 1);
         c.projection = projection;
-        const Vec3d forward = (c.target - c.eye).unit(), right = forward.cross(c.up).unit(), up = right.cross(forward);
+        const Vec3d forward = (c.target - c.eye).unit(), right = forward.cross(c.up).unit(),
+                    up = right.cross(forward);
         for (const double side : {-1.0, 1.0})
             for (const bool upright : {false, true}) {
-                const double aspect = upright ? 480.0 / 640 : 1, slope = std::tan(c.field_of_view / 2) * aspect;
+                const double aspect = upright ? 480.0 / 640 : 1,
+                             slope = std::tan(c.field_of_view / 2) * aspect;
                 const Vec3d across = side * (upright ? up : right);
                 const bool fan = projection == Projection::perspective;
-                const Vec3d border = c.eye + 3.0 * forward + across * (fan ? 3 * slope : 0.5 * c.width * aspect),
+                const Vec3d border = c.eye + 3.0 * forward
+                    + across * (fan ? 3 * slope : 0.5 * c.width * aspect),
                             outwards = fan ? (across - slope * forward).unit() : across;
-                EXPECT_TRUE(inView(c, 640, 480, border + 0.99 * radius * outwards, radius)) << fan << side << upright;
-                EXPECT_FALSE(inView(c, 640, 480, border + 1.01 * radius * outwards, radius)) << fan << side << upright;
+                EXPECT_TRUE(inView(c, 640, 480, border + 0.99 * radius * outwards, radius))
+                    << fan << side << upright;
+                EXPECT_FALSE(inView(c, 640, 480, border + 1.01 * radius * outwards, radius))
+                    << fan << side << upright;
             }
         EXPECT_TRUE(inView(c, 640, 480, c.eye - 0.99 * radius * forward, radius));
         EXPECT_FALSE(inView(c, 640, 480, c.eye - 1.01 * radius * forward, radius));
@@ -113,7 +119,8 @@ TEST(View, boxesOutOfThePictureAreCulledUnlessTheyThrowAShadowIntoIt)
     ASSERT_EQ(kept.size(), 3u);
     EXPECT_EQ(kept[1].position[1], 20);
     sun.direction = Vec3d(-1, 0, 0);
-    EXPECT_EQ(cullPlacements(p, {dot(0.01)}, c, 640, 480, {sun}).size(), 3u); // now the one at x = 10, and not the one above
+    EXPECT_EQ(cullPlacements(p, {dot(0.01)}, c, 640, 480, {sun}).size(),
+              3u); // now the one at x = 10, and not the one above
     EXPECT_EQ(cullPlacements(p, {dot(0.01)}, c, 640, 480, {}).size(), 2u);
     Light lamp;
     lamp.kind = LightKind::point;
@@ -166,7 +173,8 @@ TEST(View, boxesAreCulledAsLargeAsTheyStand)
 
 TEST(Terrain, heightsFollowTheMap)
 {
-    const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "volcomp_terrain.pgm";
+    const std::filesystem::path file =
+        std::filesystem::path(::testing::TempDir()) / "volcomp_terrain.pgm";
     std::ofstream(file) << "P2\n2 1\n255\n0 255\n";
     TerrainSpec spec;
     spec.width = 4;
@@ -178,7 +186,8 @@ TEST(Terrain, heightsFollowTheMap)
     Mesh m = makeTerrain(spec);
     prepareMesh(m, 1, Vec3d(0.0), Orientation::outward);
     EXPECT_EQ(m.triangles.size(), 64u * 32 * 2);
-    for (const Vec3d& p : m.points) EXPECT_NEAR(p[1], 1 + 2 * std::clamp((p[0] + 1) / 2, 0.0, 1.0), 1e-5);
+    for (const Vec3d& p : m.points)
+        EXPECT_NEAR(p[1], 1 + 2 * std::clamp((p[0] + 1) / 2, 0.0, 1.0), 1e-5);
     for (const Vec3f& n : m.normals) EXPECT_GT(n[1], 0.6f);
     for (std::size_t t = 0; t < m.triangles.size(); ++t)
         for (int k = 0; k < 3; ++k) {
@@ -204,7 +213,8 @@ TEST(Compose, theEstimateIsNearTheTruth)
     const ComposeEstimate e = estimateCompose(boxes, placements, {}, params);
     const PackedVolume v = compose(boxes, placements, params);
     EXPECT_NEAR(e.voxels / double(v.voxels()), 1, 0.1); // 256 of some 2,500 tiles
-    const double least = double(v.voxels()) * sizeof(float) + double(v.parts[0].blocks.size()) * sizeof(PackedBlock);
+    const double least =
+        double(v.voxels()) * sizeof(float) + double(v.parts[0].blocks.size()) * sizeof(PackedBlock);
     EXPECT_GT(e.bytes, 0.9 * least);
     EXPECT_LT(e.bytes, 3 * least);
     params.voxel = 1e-7; // must not take long, nor the memory
@@ -241,7 +251,8 @@ TEST(PlacementsIo, jsonAndPlyHoldWhatIsPlaced)
     EXPECT_THROW(writePlacements(dir / "volcomp_p.txt", p, {"a"}, {"x", "y"}), Error);
     std::ifstream ply(dir / "volcomp_p.ply", std::ios::binary);
     std::string bytes((std::istreambuf_iterator<char>(ply)), {});
-    const char* record = bytes.data() + bytes.find("end_header\n") + 11; // packed: position, normal, colour, scale, box, layer
+    const char* record = bytes.data() + bytes.find("end_header\n")
+        + 11; // packed: position, normal, colour, scale, box, layer
     ASSERT_EQ(bytes.data() + bytes.size() - record, 3 * 51);
     const auto read = [&](int placement, int offset, auto value) {
         std::memcpy(&value, record + 51 * placement + offset, sizeof value);
@@ -250,7 +261,8 @@ TEST(PlacementsIo, jsonAndPlyHoldWhatIsPlaced)
     EXPECT_EQ(read(1, 0, 0.0), 1.5);
     EXPECT_EQ(read(1, 16, 0.0), 1e6);
     EXPECT_EQ(Vec3f(read(1, 24, 0.0f), read(1, 28, 0.0f), read(1, 32, 0.0f)), Vec3f(0, 1, 0));
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(int(read(1, 36 + c, std::uint8_t())), c == 0 ? 255 : c == 1 ? 128 : 51);
+    for (int c = 0; c < 3; ++c)
+        EXPECT_EQ(int(read(1, 36 + c, std::uint8_t())), c == 0 ? 255 : c == 1 ? 128 : 51);
     EXPECT_EQ(read(1, 39, 0.0f), 0.5f);
     EXPECT_EQ(read(2, 43, 0), 0);
     EXPECT_EQ(read(2, 47, 0), 1);
@@ -298,10 +310,13 @@ TEST(Sheet, panelsShowWhatIsInFront)
     p[0].position = Vec3d(0, 0, 0);       // hidden by the upper surface
     p[1].position = Vec3d(1.2, 0, -0.6);  // to the right and, the camera's up being -z, above
     p[2].position = Vec3d(1.2, 10, -0.6); // behind the eye
-    for (const auto& surfaces : {std::vector<const Surface*>{&low, &high}, std::vector<const Surface*>{&high, &low}}) {
+    for (const auto& surfaces :
+         {std::vector<const Surface*>{&low, &high}, std::vector<const Surface*>{&high, &low}}) {
         const Image image = placementSheet(surfaces, {{&low, &l}}, p, above(5), 64, 48);
         ASSERT_EQ(image.width, 2 * 64);
-        const auto isRed = [&](int x, int y) { return image.pixel(x, y)[0] > 0.6f && image.pixel(x, y)[1] < 0.3f; };
+        const auto isRed = [&](int x, int y) {
+            return image.pixel(x, y)[0] > 0.6f && image.pixel(x, y)[1] < 0.3f;
+        };
         const double per_metre = 64 / (2 * 5 * std::tan(above(5).field_of_view / 2));
         const int x = int(32 + 1.2 * per_metre), y = int(24 - 0.6 * per_metre);
         EXPECT_TRUE(isRed(x, y));

@@ -13,7 +13,8 @@
 namespace volcomp {
 namespace {
 
-/// A square of edge 2 around the origin in y = 0, normals +Y, its texture coordinates drawn out: u = x'^2 with x' from 0 to 1.
+/// A square of edge 2 around the origin in y = 0, normals +Y, its texture coordinates drawn out: u
+/// = x'^2 with x' from 0 to 1.
 Mesh square(int n, bool distorted)
 {
     Mesh m;
@@ -27,7 +28,8 @@ Mesh square(int n, bool distorted)
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
             const int a = j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
-            for (const std::array<std::int32_t, 3>& t : {std::array<std::int32_t, 3>{a, b, d}, std::array<std::int32_t, 3>{a, d, c}}) {
+            for (const std::array<std::int32_t, 3>& t :
+                 {std::array<std::int32_t, 3>{a, b, d}, std::array<std::int32_t, 3>{a, d, c}}) {
                 m.triangles.push_back(t);
                 m.uv.push_back({uv(t[0]), uv(t[1]), uv(t[2])});
             }
@@ -42,12 +44,14 @@ Mesh sphere(int rows)
     for (int j = 0; j <= rows; ++j)
         for (int i = 0; i < columns; ++i) {
             const double lon = 2 * kPi * i / columns, lat = (double(j) / rows - 0.5) * kPi;
-            m.points.emplace_back(std::sin(lon) * std::cos(lat), std::sin(lat), std::cos(lon) * std::cos(lat));
+            m.points.emplace_back(std::sin(lon) * std::cos(lat), std::sin(lat),
+                                  std::cos(lon) * std::cos(lat));
         }
     for (const Vec3d& p : m.points) m.normals.emplace_back(p);
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i) {
-            const int a = j * columns + i, b = j * columns + (i + 1) % columns, c = a + columns, d = b + columns;
+            const int a = j * columns + i, b = j * columns + (i + 1) % columns, c = a + columns,
+                      d = b + columns;
             m.triangles.push_back({a, b, d});
             m.triangles.push_back({a, d, c});
         }
@@ -65,7 +69,8 @@ MapProjection by(ProjectionKind kind)
 /// A map of 4 x 4 values between 0.1 and 1, each constant over most of its cell.
 std::vector<MapSpec> checker(double values[4][4])
 {
-    const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "volcomp_scatter_map.pgm";
+    const std::filesystem::path file =
+        std::filesystem::path(::testing::TempDir()) / "volcomp_scatter_map.pgm";
     std::ofstream stream(file);
     stream << "P2\n128 128\n65535\n";
     for (int y = 0; y < 128; ++y)
@@ -88,13 +93,15 @@ Layer layer(double density)
     return l;
 }
 
-/// Pearson's statistic of counts per map cell against density * area * value, over the cells' 16 degrees of freedom. Stratified samples stay below
-/// the 16 +- 5.7 of independent ones.
+/// Pearson's statistic of counts per map cell against density * area * value, over the cells' 16
+/// degrees of freedom. Stratified samples stay below the 16 +- 5.7 of independent ones.
 template <class AreaOf>
-double chiSquare(const std::vector<Placement>& placements, const double values[4][4], double density, const AreaOf& area)
+double chiSquare(const std::vector<Placement>& placements, const double values[4][4],
+                 double density, const AreaOf& area)
 {
     double count[4][4] = {};
-    for (const Placement& p : placements) ++count[std::min(3, int(p.uv[1] * 4))][std::min(3, int(p.uv[0] * 4))];
+    for (const Placement& p : placements)
+        ++count[std::min(3, int(p.uv[1] * 4))][std::min(3, int(p.uv[0] * 4))];
     double sum = 0;
     for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {
@@ -112,11 +119,14 @@ TEST(Scatter, countsFollowTheMapOnAPlane)
     Layer l = layer(10000);
     l.where = checker(values);
     const Surface s(square(8, false), by(ProjectionKind::plane));
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 4.0 / 16; }), kLimit);
+    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 4.0 / 16; }),
+              kLimit);
     l.sampling = Sampling::uv;
     l.cells_u = l.cells_v = 64;
     l.density = 9.5;
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 4096 / 16.0; }), kLimit);
+    EXPECT_LT(
+        chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 4096 / 16.0; }),
+        kLimit);
 }
 
 TEST(Scatter, countsFollowTheMapOnASphereWithItsPoles)
@@ -135,7 +145,9 @@ TEST(Scatter, countsFollowTheMapOnASphereWithItsPoles)
     l.cells_u = 128;
     l.cells_v = 64;
     l.density = 4;
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 8192 / 16.0; }), kLimit);
+    EXPECT_LT(
+        chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 8192 / 16.0; }),
+        kLimit);
 }
 
 TEST(Scatter, countsFollowTheMapOnDistortedTextureCoordinates)
@@ -145,12 +157,16 @@ TEST(Scatter, countsFollowTheMapOnDistortedTextureCoordinates)
     l.where = checker(values);
     const Surface s(square(128, true), by(ProjectionKind::uv));
     // u = x^2: the strip between u0 and u1 has the width sqrt(u1) - sqrt(u0) of the square's.
-    const auto area = [](int i, int) { return (std::sqrt((i + 1) / 4.0) - std::sqrt(i / 4.0)) * 4 / 4; };
+    const auto area = [](int i, int) {
+        return (std::sqrt((i + 1) / 4.0) - std::sqrt(i / 4.0)) * 4 / 4;
+    };
     EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, area), kLimit);
     l.sampling = Sampling::uv;
     l.cells_u = l.cells_v = 100;
     l.density = 3;
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 10000 / 16.0; }), kLimit);
+    EXPECT_LT(
+        chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 10000 / 16.0; }),
+        kLimit);
 }
 
 TEST(Scatter, stratificationBeatsPlainRandom)
@@ -164,10 +180,12 @@ TEST(Scatter, stratificationBeatsPlainRandom)
         std::map<std::pair<int, int>, int> count;
         const auto placements = scatter(s, l, {}, 0);
         EXPECT_EQ(placements.size(), 40000u);
-        for (const Placement& p : placements) ++count[{std::min(19, int(p.uv[0] * 20)), std::min(19, int(p.uv[1] * 20))}];
+        for (const Placement& p : placements)
+            ++count[{std::min(19, int(p.uv[0] * 20)), std::min(19, int(p.uv[1] * 20))}];
         double variance = 0;
         for (int i = 0; i < 20; ++i)
-            for (int j = 0; j < 20; ++j) variance += std::pow(count[std::pair(i, j)] - 100, 2) / 400;
+            for (int j = 0; j < 20; ++j)
+                variance += std::pow(count[std::pair(i, j)] - 100, 2) / 400;
         EXPECT_LT(variance, sampling == Sampling::area ? 30 : 1e-9);
     }
 }
@@ -209,7 +227,8 @@ TEST(Scatter, threadsDoNotMatter)
         many = scatter(s, l, {0, 3}, 0);
     }
     ASSERT_EQ(one.size(), many.size());
-    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_TRUE(one[i].position == many[i].position && one[i].x_axis == many[i].x_axis);
+    for (std::size_t i = 0; i < one.size(); ++i)
+        EXPECT_TRUE(one[i].position == many[i].position && one[i].x_axis == many[i].x_axis);
 }
 
 TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
@@ -226,7 +245,8 @@ TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
         if (std::abs(n[1]) > 0.95) continue; // at a pole there is no way down
         EXPECT_NEAR(std::acos(std::min(1.0, Vec3d(p.y_axis).dot(n))), 30 * kDegree, 0.06);
         EXPECT_LT(p.y_axis[1], n[1]);
-        EXPECT_GT(Vec3d(p.x_axis).dot(l.comb - n * n.dot(l.comb)), 0); // +X faces the comb direction
+        EXPECT_GT(Vec3d(p.x_axis).dot(l.comb - n * n.dot(l.comb)),
+                  0); // +X faces the comb direction
     }
     l.combed = false;
     l.tilt = {10 * kDegree, 20 * kDegree};
@@ -256,7 +276,8 @@ TEST(Scatter, uprightTurnsTheAxisFromTheNormalToTheSky)
             if (n[1] < -0.99) continue; // half upright on a ceiling has no direction
             const Vec3d wanted = upright == 1 ? Vec3d(0, 1, 0) : (n + Vec3d(0, 1, 0)).unit();
             EXPECT_LT((y - wanted).length(), 1e-5);
-            EXPECT_LT((raised[i].x_axis.cross(raised[i].y_axis) - raised[i].z_axis).length(), 1e-5f);
+            EXPECT_LT((raised[i].x_axis.cross(raised[i].y_axis) - raised[i].z_axis).length(),
+                      1e-5f);
         }
     }
     l.upright = 1.5;
@@ -278,12 +299,18 @@ TEST(Scatter, partsThatIntersectHaveBoxesOnBothOrOnTheOuterAlone)
     }
     const Surface s(both, by(ProjectionKind::cylinder));
     Layer l = layer(400);
-    const auto inner = [&](const Vec3d& p) { return std::min(p.length(), (p - shift).length()) < 0.98; };
+    const auto inner = [&](const Vec3d& p) {
+        return std::min(p.length(), (p - shift).length()) < 0.98;
+    };
     const auto all = scatter(s, l, {}, 0);
     EXPECT_NEAR(double(all.size()), 400 * s.area(), 0.02 * 400 * s.area()); // the hidden parts too
-    EXPECT_GT(std::count_if(all.begin(), all.end(), [&](const Placement& p) { return inner(p.position); }), 500);
+    EXPECT_GT(std::count_if(all.begin(), all.end(),
+                            [&](const Placement& p) { return inner(p.position); }),
+              500);
     for (const Placement& p : all)
-        EXPECT_NEAR(std::min(std::abs(p.position.length() - 1), std::abs((p.position - shift).length() - 1)), 0, 0.02);
+        EXPECT_NEAR(std::min(std::abs(p.position.length() - 1),
+                             std::abs((p.position - shift).length() - 1)),
+                    0, 0.02);
     l.sheets = Sheets::first;
     const auto outer = scatter(s, l, {}, 0);
     EXPECT_GT(outer.size(), 1000u);
@@ -296,7 +323,8 @@ TEST(Scatter, onlyTheFirstSheetWhereTheLayerSaysSo)
     const auto base = static_cast<std::int32_t>(m.points.size());
     for (const Vec3d& p : inner.points) m.points.push_back(p * 0.5);
     m.normals.insert(m.normals.end(), inner.normals.begin(), inner.normals.end());
-    for (const auto& t : inner.triangles) m.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    for (const auto& t : inner.triangles)
+        m.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
     const Surface s(std::move(m), by(ProjectionKind::sphere));
     for (const Sampling sampling : {Sampling::area, Sampling::uv}) {
         Layer l = layer(sampling == Sampling::area ? 200 : 1);
@@ -342,7 +370,8 @@ TEST(Scatter, wrongInputIsRefused)
     Mesh bare = square(4, false);
     bare.uv.clear();
     const Surface s(std::move(bare), by(ProjectionKind::uv));
-    EXPECT_EQ(scatter(s, layer(100), {}, 0).size(), 400u); // without a map nothing needs texture coordinates
+    EXPECT_EQ(scatter(s, layer(100), {}, 0).size(),
+              400u); // without a map nothing needs texture coordinates
     double values[4][4];
     Layer l = layer(100);
     l.where = checker(values);

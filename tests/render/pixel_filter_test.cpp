@@ -23,7 +23,8 @@ RenderParams withFilter(PixelFilter filter, int samples, double radius = 0)
     return params;
 }
 
-constexpr PixelFilter kFilters[] = {PixelFilter::box, PixelFilter::gaussian, PixelFilter::blackman_harris};
+constexpr PixelFilter kFilters[] = {PixelFilter::box, PixelFilter::gaussian,
+                                    PixelFilter::blackman_harris};
 
 // The part of the filter's weight below x pixels from the centre, by sums.
 double weightBelow(PixelFilter filter, double radius, double x)
@@ -40,15 +41,20 @@ double weightBelow(PixelFilter filter, double radius, double x)
 
 } // namespace
 
-// Harris's window from its coefficients at the places where the cosines are 0 or 1; the Gaussian's border is at three standard deviations.
+// Harris's window from its coefficients at the places where the cosines are 0 or 1; the Gaussian's
+// border is at three standard deviations.
 TEST(PixelFilter, WeightsAreTheFormulas)
 {
     EXPECT_EQ(pixelWeight(PixelFilter::box, 0.99), 1);
-    EXPECT_NEAR(pixelWeight(PixelFilter::gaussian, 1.0 / 3) / pixelWeight(PixelFilter::gaussian, 0), std::exp(-0.5), 1e-12);
-    EXPECT_NEAR(pixelWeight(PixelFilter::gaussian, -2.0 / 3) / pixelWeight(PixelFilter::gaussian, 0), std::exp(-2.0), 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::gaussian, 1.0 / 3) / pixelWeight(PixelFilter::gaussian, 0),
+                std::exp(-0.5), 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::gaussian, -2.0 / 3)
+                    / pixelWeight(PixelFilter::gaussian, 0),
+                std::exp(-2.0), 1e-12);
     EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, 0), 1, 1e-12);
     EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, 0.5), 0.35875 - 0.14128, 1e-12);
-    EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, -1), 0.35875 - 0.48829 + 0.14128 - 0.01168, 1e-12);
+    EXPECT_NEAR(pixelWeight(PixelFilter::blackman_harris, -1),
+                0.35875 - 0.48829 + 0.14128 - 0.01168, 1e-12);
     for (const PixelFilter filter : kFilters)
         for (const double x : {-1.001, 1.001, 4.0}) EXPECT_EQ(pixelWeight(filter, x), 0);
     EXPECT_EQ(pixelRadius(withFilter(PixelFilter::box, 1)), 0.5);
@@ -57,7 +63,8 @@ TEST(PixelFilter, WeightsAreTheFormulas)
     EXPECT_EQ(pixelRadius(withFilter(PixelFilter::blackman_harris, 1, 2)), 2);
 }
 
-// n^2 samples: one in each of n x n cells of a pixel. What is left over lies anywhere in it, and other pixels have other samples.
+// n^2 samples: one in each of n x n cells of a pixel. What is left over lies anywhere in it, and
+// other pixels have other samples.
 TEST(PixelFilter, SamplesAreStratified)
 {
     for (const int side : {2, 7, 50}) {
@@ -78,7 +85,8 @@ TEST(PixelFilter, SamplesAreStratified)
             EXPECT_TRUE(p[0] >= 0 && p[0] < 1 && p[1] >= 0 && p[1] < 1) << p;
             sum += p / 24.0;
         }
-    for (int a = 0; a < 2; ++a) EXPECT_NEAR(sum[a], 0.5, 4 * std::sqrt(1 / 12.0 / 24)); // four standard errors
+    for (int a = 0; a < 2; ++a)
+        EXPECT_NEAR(sum[a], 0.5, 4 * std::sqrt(1 / 12.0 / 24)); // four standard errors
     const Vec3d here = seven.position(3, 5, 0);
     EXPECT_NE(seven.position(4, 5, 0) - here, Vec3d(1, 0, 0));
     EXPECT_NE(seven.position(3, 6, 0) - here, Vec3d(0, 1, 0));
@@ -92,9 +100,11 @@ TEST(PixelFilter, SamplesLieAsTheFilterWeighs)
             for (const double part : {-0.8, -0.3, 0.0, 0.25, 0.6}) {
                 int below[2] = {0, 0};
                 for (int s = 0; s < 2500; ++s)
-                    for (int a = 0; a < 2; ++a) below[a] += sampler.position(3, 5, s)[a] < (a ? 5.5 : 3.5) + part * radius;
+                    for (int a = 0; a < 2; ++a)
+                        below[a] += sampler.position(3, 5, s)[a] < (a ? 5.5 : 3.5) + part * radius;
                 for (const int b : below) // one row of the 50 x 50 grid is 0.02
-                    EXPECT_NEAR(b / 2500.0, weightBelow(filter, radius, part * radius), 0.021) << part;
+                    EXPECT_NEAR(b / 2500.0, weightBelow(filter, radius, part * radius), 0.021)
+                        << part;
             }
             for (const double u : {0.0, 0.1, 0.5, 0.97, 1.0}) {
                 EXPECT_NEAR(weightBelow(filter, radius, sampler.warp(u)), u, 2e-3);
@@ -106,14 +116,17 @@ TEST(PixelFilter, SamplesLieAsTheFilterWeighs)
 
 TEST(PixelFilter, OneSampleIsThePixelsCentre)
 {
-    for (const PixelFilter filter : kFilters) EXPECT_EQ(PixelSampler(withFilter(filter, 1)).position(3, 5, 0), Vec3d(3.5, 5.5, 0));
+    for (const PixelFilter filter : kFilters)
+        EXPECT_EQ(PixelSampler(withFilter(filter, 1)).position(3, 5, 0), Vec3d(3.5, 5.5, 0));
 }
 
-// The alpha of an opaque body with an edge inside a pixel is the weight on its side, in colour as well.
+// The alpha of an opaque body with an edge inside a pixel is the weight on its side, in colour as
+// well.
 TEST(PixelFilter, AnEdgeShowsTheFiltersIntegral)
 {
     Volume volume = emptyVolume();
-    volume.parts[0].density->fill(openvdb::CoordBBox({0, -16, -4}, {31, 15, 3}), 100.0f, true); // from x = -0.5 on
+    volume.parts[0].density->fill(openvdb::CoordBBox({0, -16, -4}, {31, 15, 3}), 100.0f,
+                                  true); // from x = -0.5 on
     Camera camera;
     camera.projection = Projection::orthographic;
     camera.eye = {0, 0, 50};

@@ -62,14 +62,17 @@ TEST(Render, LineIntegralsAgreeWithTheReference)
     Volume volume;
     volume.parts.push_back(emptyPart());
     for (const auto& v : data["grid"])
-        volume.parts[0].density->tree().setValue({v["ijk"][0], v["ijk"][1], v["ijk"][2]}, v["density"].get<float>());
+        volume.parts[0].density->tree().setValue({v["ijk"][0], v["ijk"][1], v["ijk"][2]},
+                                                 v["density"].get<float>());
     const VoxelTree tree(volume);
     for (const auto& ray : data["rays"]) {
         const Vec3d o(ray["origin"][0], ray["origin"][1], ray["origin"][2]),
             d(ray["direction"][0], ray["direction"][1], ray["direction"][2]);
         const MarchRay r(tree, tree.toCorner(o), d, MarchRay::kFar);
         const double expected = ray["box"];
-        EXPECT_NEAR(lineIntegral<false>(tree, r, d, MarchRay::kFar), expected, 1e-6 * std::max(1.0, expected)) << ray.dump();
+        EXPECT_NEAR(lineIntegral<false>(tree, r, d, MarchRay::kFar), expected,
+                    1e-6 * std::max(1.0, expected))
+            << ray.dump();
         const double trilinear = ray["trilinear"];
         RenderParams params = exactParams();
         params.shadows = Shadows::none;
@@ -80,14 +83,17 @@ TEST(Render, LineIntegralsAgreeWithTheReference)
                 const Integrator integrator(tree, {Material()}, lights, params);
                 Integrator::Scratch scratch;
                 const double integral = filter == Filter::box ? expected : trilinear;
-                EXPECT_NEAR(-std::log(integrator.trace(o, d, scratch).transmittance), integral, 1e-6 * std::max(1.0, integral))
+                EXPECT_NEAR(-std::log(integrator.trace(o, d, scratch).transmittance), integral,
+                            1e-6 * std::max(1.0, integral))
                     << int(filter) << lit << ray.dump();
-                EXPECT_EQ(scratch.counts.shaded_voxels > 0, lit && integral > 0) << int(filter) << ray.dump();
+                EXPECT_EQ(scratch.counts.shaded_voxels > 0, lit && integral > 0)
+                    << int(filter) << ray.dump();
             }
     }
 }
 
-// Lit and seen along its normal, a homogeneous slab of optical depth d shows S (1 - e^-2d) / 2, for every depth.
+// Lit and seen along its normal, a homogeneous slab of optical depth d shows S (1 - e^-2d) / 2, for
+// every depth.
 TEST(Render, SlabLitAlongTheViewShowsTheClosedForm)
 {
     Material material;
@@ -96,7 +102,9 @@ TEST(Render, SlabLitAlongTheViewShowsTheClosedForm)
         const Image image = render(slab(depth), {material}, ortho(), {alongView()}, exactParams());
         const double expected = 0.25 * -std::expm1(-2.0 * depth) / 2;
         EXPECT_NEAR(image.pixel(1, 1)[0], expected, 1e-5 * expected) << depth;
-        EXPECT_NEAR(image.pixel(1, 1)[3], -std::expm1(-double(depth)), 1e-6 * -std::expm1(-double(depth))) << depth;
+        EXPECT_NEAR(image.pixel(1, 1)[3], -std::expm1(-double(depth)),
+                    1e-6 * -std::expm1(-double(depth)))
+            << depth;
     }
 }
 
@@ -116,7 +124,8 @@ TEST(Render, PictureDoesNotDependOnThreads)
     }
 }
 
-// A lit homogeneous slab by the paper's sum (4): right for small steps of optical depth, x / (e^x - 1) of the right answer otherwise.
+// A lit homogeneous slab by the paper's sum (4): right for small steps of optical depth, x / (e^x -
+// 1) of the right answer otherwise.
 TEST(Render, SumsDarkenWithTheDepthOfAStepAndTheClosedFormDoesNot)
 {
     Material material;
@@ -126,13 +135,17 @@ TEST(Render, SumsDarkenWithTheDepthOfAStepAndTheClosedFormDoesNot)
         params.shadows = Shadows::none;
         const Volume volume = slab(float(32 * x)); // 32 steps of depth x
         const double expected = 0.25 * -std::expm1(-32 * x);
-        EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], expected, 1e-5 * expected) << x;
+        EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0],
+                    expected, 1e-5 * expected)
+            << x;
         params.integration = Integration::riemann;
-        EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], expected * x / std::expm1(x),
-                    0.02 * expected)
+        EXPECT_NEAR(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0],
+                    expected * x / std::expm1(x), 0.02 * expected)
             << x;
         if (x >= 0.1) {
-            EXPECT_LT(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0], 0.96 * expected) << x;
+            EXPECT_LT(render(volume, {material}, ortho(), {alongView()}, params).pixel(1, 1)[0],
+                      0.96 * expected)
+                << x;
         }
     }
 }
@@ -147,7 +160,9 @@ Volume noise(openvdb::Coord origin, int size, std::uint64_t seed)
     for (int x = 0; x < size; ++x)
         for (int y = 0; y < size; ++y)
             for (int z = 0; z < size; ++z)
-                if (random.uniform() < 0.4) volume.parts[0].density->tree().setValue(origin.offsetBy(x, y, z), float(random.uniform()));
+                if (random.uniform() < 0.4)
+                    volume.parts[0].density->tree().setValue(origin.offsetBy(x, y, z),
+                                                             float(random.uniform()));
     return volume;
 }
 
@@ -172,19 +187,22 @@ std::map<openvdb::Coord, double> slabs(const Volume& volume, const Vec3d& o, con
     return result;
 }
 
-void expectSameVoxels(const Volume& volume, const VoxelTree& tree, const Vec3d& o, const Vec3d& d, double tolerance)
+void expectSameVoxels(const Volume& volume, const VoxelTree& tree, const Vec3d& o, const Vec3d& d,
+                      double tolerance)
 {
     std::map<openvdb::Coord, double> expected = slabs(volume, o, d), found;
     const MarchRay r(tree, o, d, std::numeric_limits<double>::infinity());
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
         forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
             if (!(tree.densities(span.leaf)[voxel] > 0) || std::min(end, r.t1) - t <= 1e-7) return;
-            const openvdb::Coord ijk(span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7), span.cell[2] + (voxel & 7));
+            const openvdb::Coord ijk(span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7),
+                                     span.cell[2] + (voxel & 7));
             EXPECT_TRUE(found.emplace(ijk, std::min(end, r.t1) - t).second) << "twice: " << ijk;
         });
         return true;
     });
-    for (const auto& [ijk, length] : expected) ASSERT_NEAR(found[ijk], length, tolerance) << ijk << " from " << o << " along " << d;
+    for (const auto& [ijk, length] : expected)
+        ASSERT_NEAR(found[ijk], length, tolerance) << ijk << " from " << o << " along " << d;
     ASSERT_EQ(found.size(), expected.size()) << "from " << o << " along " << d;
 }
 
@@ -192,22 +210,28 @@ void expectSameVoxels(const Volume& volume, const VoxelTree& tree, const Vec3d& 
 
 TEST(March, RaysMeetEachVoxelOnceWithItsLength)
 {
-    for (const openvdb::Coord& origin : {openvdb::Coord(-3, 2, -9), openvdb::Coord(1000000, -1000000, 1000000)}) {
+    for (const openvdb::Coord& origin :
+         {openvdb::Coord(-3, 2, -9), openvdb::Coord(1000000, -1000000, 1000000)}) {
         const Volume volume = noise(origin, 11, 3);
         const VoxelTree tree(volume);
         const double tolerance = std::abs(origin[0]) > 1000 ? 1e-6 : 1e-9;
         Random random(9);
         const Vec3d corner = origin.asVec3d();
         for (int i = 0; i < 3000; ++i) {
-            const Vec3d target = corner + Vec3d(random.uniform(0, 11), random.uniform(0, 11), random.uniform(0, 11));
+            const Vec3d target =
+                corner + Vec3d(random.uniform(0, 11), random.uniform(0, 11), random.uniform(0, 11));
             Vec3d d(random.symmetric(), random.symmetric(), random.symmetric()), o = target;
-            if (i % 5 == 1) d[i % 3] = i % 2 ? 0.0 : -0.0;                                   // in a plane
-            if (i % 5 == 2) d = Vec3d(0.0), d[i % 3] = i % 2 ? 1 : -1;                       // along an axis
-            if (i % 5 == 3) o = Vec3d(std::floor(o[0]), std::floor(o[1]), std::floor(o[2])); // through a corner or along a face
-            if (i % 10 == 8) d = Vec3d(i % 20 < 10 ? 1 : -1, 1, 1), o = corner - Vec3d(3.0); // a diagonal
+            if (i % 5 == 1) d[i % 3] = i % 2 ? 0.0 : -0.0;             // in a plane
+            if (i % 5 == 2) d = Vec3d(0.0), d[i % 3] = i % 2 ? 1 : -1; // along an axis
+            if (i % 5 == 3)
+                o = Vec3d(std::floor(o[0]), std::floor(o[1]),
+                          std::floor(o[2])); // through a corner or along a face
+            if (i % 10 == 8)
+                d = Vec3d(i % 20 < 10 ? 1 : -1, 1, 1), o = corner - Vec3d(3.0); // a diagonal
             d.normalize();
             if (i % 2) o -= 40.0 * d;
-            if (i % 5 == 3 && i % 2 == 0) continue; // from a corner both sides are right where a component is 0
+            if (i % 5 == 3 && i % 2 == 0)
+                continue; // from a corner both sides are right where a component is 0
             expectSameVoxels(volume, tree, o, d, i % 5 == 3 ? 1e-5 : tolerance);
         }
     }
@@ -218,9 +242,14 @@ TEST(March, EmptyVolumesAndRaysThatPointAwaySeeNothing)
     Volume empty;
     empty.parts.push_back(emptyPart());
     const VoxelTree none(empty);
-    EXPECT_EQ(lineIntegral<false>(none, MarchRay(none, Vec3d(0.0), Vec3d(1, 0, 0), MarchRay::kFar), Vec3d(1, 0, 0), 1e30), 0);
+    EXPECT_EQ(lineIntegral<false>(none, MarchRay(none, Vec3d(0.0), Vec3d(1, 0, 0), MarchRay::kFar),
+                                  Vec3d(1, 0, 0), 1e30),
+              0);
     const VoxelTree tree(slab(1));
-    EXPECT_EQ(lineIntegral<false>(tree, MarchRay(tree, Vec3d(100.0), Vec3d(1, 0, 0), MarchRay::kFar), Vec3d(1, 0, 0), 1e30), 0);
+    EXPECT_EQ(lineIntegral<false>(tree,
+                                  MarchRay(tree, Vec3d(100.0), Vec3d(1, 0, 0), MarchRay::kFar),
+                                  Vec3d(1, 0, 0), 1e30),
+              0);
     Integrator integrator(tree, {Material()}, {}, exactParams());
     Integrator::Scratch scratch;
     EXPECT_EQ(integrator.trace(Vec3d(0.0), Vec3d(0.0), scratch).transmittance, 1);
@@ -232,7 +261,8 @@ TEST(March, TilesAreFilled)
     for (int size : {8, 128, 4096}) {
         Volume volume;
         volume.parts.push_back(emptyPart());
-        volume.parts[0].density->sparseFill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(size - 1)), 0.5f, true);
+        volume.parts[0].density->sparseFill(
+            openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(size - 1)), 0.5f, true);
         const VoxelTree tree(volume);
         EXPECT_EQ(tree.voxelCount(), std::uint64_t(size) * size * size);
         const MarchRay r(tree, Vec3d(-5, 1.5, 2.5), Vec3d(1, 0, 0), MarchRay::kFar);
@@ -272,7 +302,8 @@ TEST(Render, RadianceAgreesWithBruteForce)
         for (auto v = volume.parts[0].density->cbeginValueOn(); v; ++v) {
             double t0 = 0, t1 = length;
             for (int a = 0; a < 3; ++a) {
-                const double x = (v.getCoord()[a] - p[a]) / d[a], y = (v.getCoord()[a] + 1 - p[a]) / d[a];
+                const double x = (v.getCoord()[a] - p[a]) / d[a],
+                             y = (v.getCoord()[a] + 1 - p[a]) / d[a];
                 t0 = std::max(t0, std::min(x, y));
                 t1 = std::min(t1, std::max(x, y));
             }
@@ -282,14 +313,17 @@ TEST(Render, RadianceAgreesWithBruteForce)
     };
     for (int i = 0; i < 200; ++i) {
         const Vec3d target(random.uniform(0, 6), random.uniform(0, 6), random.uniform(0, 6));
-        const Vec3d d = Vec3d(random.normal(), random.normal(), random.normal()).unit(), o = target - 10.0 * d; // corner coordinates
+        const Vec3d d = Vec3d(random.normal(), random.normal(), random.normal()).unit(),
+                    o = target - 10.0 * d; // corner coordinates
         std::vector<std::pair<double, openvdb::Coord>> order;
         const auto lengths = slabs(volume, o, d);
         order.reserve(lengths.size());
-        for (const auto& [ijk, length] : lengths) order.push_back({(ijk.asVec3d() + Vec3d(0.5) - o).dot(d), ijk});
+        for (const auto& [ijk, length] : lengths)
+            order.push_back({(ijk.asVec3d() + Vec3d(0.5) - o).dot(d), ijk});
         const auto entry = [&](const openvdb::Coord& ijk) {
             double t = 0;
-            for (int a = 0; a < 3; ++a) t = std::max(t, std::min((ijk[a] - o[a]) / d[a], (ijk[a] + 1 - o[a]) / d[a]));
+            for (int a = 0; a < 3; ++a)
+                t = std::max(t, std::min((ijk[a] - o[a]) / d[a], (ijk[a] + 1 - o[a]) / d[a]));
             return t;
         };
         for (auto& [t, ijk] : order) t = entry(ijk);
@@ -297,9 +331,11 @@ TEST(Render, RadianceAgreesWithBruteForce)
         Vec3d radiance(0.0);
         double T = 1;
         for (const auto& [t, ijk] : order) {
-            const double length = lengths.at(ijk), delta = volume.parts[0].density->tree().getValue(ijk) * length;
+            const double length = lengths.at(ijk),
+                         delta = volume.parts[0].density->tree().getValue(ijk) * length;
             VoxelContent content;
-            tree.contents(tree.leafAt(ijk[0], ijk[1], ijk[2]), VoxelTree::offset(ijk[0], ijk[1], ijk[2]),
+            tree.contents(tree.leafAt(ijk[0], ijk[1], ijk[2]),
+                          VoxelTree::offset(ijk[0], ijk[1], ijk[2]),
                           [&](const VoxelContent& c) { content = c; });
             const Vec3f stored = volume.parts[0].direction->tree().getValue(ijk);
             ASSERT_GT(std::abs(content.direction.dot(Vec3d(stored))), 1 - 1e-6); // 7e-4 rad
@@ -307,22 +343,29 @@ TEST(Render, RadianceAgreesWithBruteForce)
             radiance += T * -std::expm1(-delta) * material.alpha * params.ambient;
             for (const Light& light : lights) {
                 const auto toLight = [&](const Vec3d& x) {
-                    return light.kind == LightKind::directional ? Vec3d(-light.direction) : (light.position + Vec3d(0.5) - x).unit();
+                    return light.kind == LightKind::directional
+                        ? Vec3d(-light.direction)
+                        : (light.position + Vec3d(0.5) - x).unit();
                 };
                 const auto far = [&](const Vec3d& x) {
-                    return light.kind == LightKind::directional ? 1e30 : (light.position + Vec3d(0.5) - x).length();
+                    return light.kind == LightKind::directional
+                        ? 1e30
+                        : (light.position + Vec3d(0.5) - x).length();
                 };
-                const double a = depth(p, toLight(p), far(p)), b = depth(q, toLight(q), far(q)), x = delta + b - a;
+                const double a = depth(p, toLight(p), far(p)), b = depth(q, toLight(q), far(q)),
+                             x = delta + b - a;
                 const Illumination in = illuminate(light, middle - Vec3d(0.5), 0.5);
                 const Reflection f = reflectFibre(makeLobe(material), content.direction, -d, in.L);
-                radiance += T * delta * std::exp(-a) * (std::abs(x) < 1e-9 ? 1 : -std::expm1(-x) / x) * in.weight * light.strength
+                radiance += T * delta * std::exp(-a)
+                    * (std::abs(x) < 1e-9 ? 1 : -std::expm1(-x) / x) * in.weight * light.strength
                     * (f.diffuse * content.colour + f.specular * material.specular_colour);
             }
             T *= std::exp(-delta);
         }
         Integrator::Scratch scratch;
         const RaySample sample = integrator.trace(o - Vec3d(0.5), d, scratch);
-        for (int c = 0; c < 3; ++c) ASSERT_NEAR(sample.radiance[c], radiance[c], 1e-5 * std::max(1.0, radiance[c]));
+        for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(sample.radiance[c], radiance[c], 1e-5 * std::max(1.0, radiance[c]));
         ASSERT_NEAR(sample.transmittance, T, 1e-9);
     }
 }
@@ -337,11 +380,13 @@ TEST(Render, AovsAddUp)
     ASSERT_EQ(image.channels.size(), 17u);
     const float* p = image.pixel(2, 2);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(p[c], p[11 + c] + p[14 + c], 1e-6);
-    EXPECT_NEAR(p[4], 4.5 + 0.5 / 32 + 0.013, 0.01); // the near face, half a voxel off, and a mean free path
+    EXPECT_NEAR(p[4], 4.5 + 0.5 / 32 + 0.013,
+                0.01); // the near face, half a voxel off, and a mean free path
     EXPECT_NEAR(p[8], 0.8, 1e-3);
 }
 
-// Where voxels without direction are shaded by the density's gradient, a dense ball is a matte one: alpha cos theta, from the side that it faces.
+// Where voxels without direction are shaded by the density's gradient, a dense ball is a matte one:
+// alpha cos theta, from the side that it faces.
 TEST(Render, TheGradientIsANormalWithASide)
 {
     Volume volume;
@@ -350,7 +395,8 @@ TEST(Render, TheGradientIsANormalWithASide)
         for (int y = -12; y <= 12; ++y)
             for (int z = -12; z <= 12; ++z) // a soft border, so that differences see the slope
                 if (const double r = Vec3d(x, y, z).length(); r < 12)
-                    volume.parts[0].density->tree().setValue({x, y, z}, float(2 * std::min(1.0, (12 - r) / 6)));
+                    volume.parts[0].density->tree().setValue(
+                        {x, y, z}, float(2 * std::min(1.0, (12 - r) / 6)));
     Material material;
     material.alpha = 1;
     material.beta = 0;
@@ -362,8 +408,10 @@ TEST(Render, TheGradientIsANormalWithASide)
     for (const Vec3d& direction : {Vec3d(0, 0, -1), Vec3d(0, -1, -1).unit(), Vec3d(0, 0, 1)}) {
         Light light = alongView();
         light.direction = direction;
-        const RaySample sample = Integrator(tree, {material}, {light}, params).trace({0, 0, 40}, {0, 0, -1}, scratch);
-        EXPECT_NEAR(sample.radiance[0], std::max(0.0, -direction[2]) * (1 - sample.transmittance), 0.01);
+        const RaySample sample =
+            Integrator(tree, {material}, {light}, params).trace({0, 0, 40}, {0, 0, -1}, scratch);
+        EXPECT_NEAR(sample.radiance[0], std::max(0.0, -direction[2]) * (1 - sample.transmittance),
+                    0.01);
     }
 }
 
@@ -371,11 +419,13 @@ TEST(Render, HalfTheLightIsHalfThePicture)
 {
     Light full = alongView(), weak = alongView();
     weak.strength = Vec3d(0.5);
-    const Image a = render(slab(2), {}, ortho(), {full}, exactParams()), b = render(slab(2), {}, ortho(), {weak}, exactParams());
+    const Image a = render(slab(2), {}, ortho(), {full}, exactParams()),
+                b = render(slab(2), {}, ortho(), {weak}, exactParams());
     for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(a.pixel(1, 1)[c], 2 * b.pixel(1, 1)[c]);
 }
 
-// Fibre extinction: the mean over directions is 1 for every spread, and 0 along a fibre without spread.
+// Fibre extinction: the mean over directions is 1 for every spread, and 0 along a fibre without
+// spread.
 TEST(VoxelTree, FibreFactorIsOneInTheMean)
 {
     for (float spread : {0.0f, 0.3f, 0.7f}) {
@@ -388,7 +438,8 @@ TEST(VoxelTree, FibreFactorIsOneInTheMean)
         double mean = 0;
         for (int i = 0; i < 20000; ++i) {
             const double y = (i + 0.5) / 20000;
-            mean += tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(std::sqrt(1 - y * y), y, 0)) / 20000;
+            mean += tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(std::sqrt(1 - y * y), y, 0))
+                / 20000;
         }
         EXPECT_NEAR(mean, 1, 1e-4) << spread;
         if (spread == 0) {

@@ -35,11 +35,15 @@ void compare(const char* file, MaterialKind kind)
         const Lobe lobe = makeLobe(material(row["material"], kind));
         const Vec3d axis = vec(row["axis"]), V = vec(row["V"]), L = vec(row["L"]);
         for (const double sign : {1.0, -1.0}) { // neither normals nor tangents have a sign
-            const Reflection r =
-                kind == MaterialKind::fibre ? reflectFibre(lobe, sign * axis, V, L) : reflectSurface(lobe, sign * axis, V, L);
-            if (kind == MaterialKind::surface && axis.dot(V) == 0 && sign < 0) continue; // exactly edge on, the side is arbitrary
-            const Vec3d I = r.diffuse * vec(row["material"]["c_b"]) + r.specular * vec(row["material"]["e"]);
-            for (int c = 0; c < 3; ++c) EXPECT_NEAR(I[c], row["rgb"][c].get<double>(), 1e-6) << row.dump();
+            const Reflection r = kind == MaterialKind::fibre
+                ? reflectFibre(lobe, sign * axis, V, L)
+                : reflectSurface(lobe, sign * axis, V, L);
+            if (kind == MaterialKind::surface && axis.dot(V) == 0 && sign < 0)
+                continue; // exactly edge on, the side is arbitrary
+            const Vec3d I =
+                r.diffuse * vec(row["material"]["c_b"]) + r.specular * vec(row["material"]["e"]);
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(I[c], row["rgb"][c].get<double>(), 1e-6) << row.dump();
         }
     }
 }
@@ -64,7 +68,8 @@ TEST(Shade, FresnelIsTheDielectricsNormalReflectance)
     EXPECT_NEAR(fresnel(0, 1.5), 1, 1e-12);
 }
 
-// Grazing, opposite, parallel and antiparallel directions, extreme constants: finite and not negative.
+// Grazing, opposite, parallel and antiparallel directions, extreme constants: finite and not
+// negative.
 TEST(Shade, IsFiniteEverywhere)
 {
     Random random(7);
@@ -88,7 +93,8 @@ TEST(Shade, IsFiniteEverywhere)
                     for (const Vec3d& V : directions)
                         for (const Vec3d& L : directions)
                             for (const Reflection& r :
-                                 {reflectFibre(lobe, a, V, L), reflectSurface(lobe, a, V, L), reflectSided(lobe, a, V, L)}) {
+                                 {reflectFibre(lobe, a, V, L), reflectSurface(lobe, a, V, L),
+                                  reflectSided(lobe, a, V, L)}) {
                                 ASSERT_TRUE(std::isfinite(r.diffuse) && std::isfinite(r.specular));
                                 ASSERT_TRUE(r.diffuse >= 0 && r.specular >= 0);
                             }
@@ -107,11 +113,13 @@ TEST(Shade, ASidedNormalIsDarkFromBehind)
     EXPECT_GT(front.diffuse * front.specular, 0);
     EXPECT_EQ(front.diffuse, plain.diffuse);
     EXPECT_EQ(front.specular, plain.specular);
-    for (const Reflection& r : {reflectSided(lobe, -N, V, L), reflectSided(lobe, N, -V, L), reflectSided(lobe, N, -V, -L)})
+    for (const Reflection& r : {reflectSided(lobe, -N, V, L), reflectSided(lobe, N, -V, L),
+                                reflectSided(lobe, N, -V, -L)})
         EXPECT_EQ(r.diffuse + r.specular, 0);
 }
 
-// MODEL section 8: the highlight of a bundle of fibres whose tilt has variance s^2 is the mean over the bundle.
+// MODEL section 8: the highlight of a bundle of fibres whose tilt has variance s^2 is the mean over
+// the bundle.
 TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
 {
     Material m;
@@ -125,13 +133,16 @@ TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
         const int count = 20000;
         for (int i = 0; i < count; ++i) {
             const double a = s * random.normal();
-            mean += reflectFibre(makeLobe(m), Vec3d(std::cos(a), 0, std::sin(a)), V, L).specular / count;
+            mean += reflectFibre(makeLobe(m), Vec3d(std::cos(a), 0, std::sin(a)), V, L).specular
+                / count;
         }
-        const double wide = reflectFibre(makeLobe(m, s), t, V, L).specular, narrow = reflectFibre(makeLobe(m), t, V, L).specular;
+        const double wide = reflectFibre(makeLobe(m, s), t, V, L).specular,
+                     narrow = reflectFibre(makeLobe(m), t, V, L).specular;
         EXPECT_NEAR(wide, mean, 0.02 * mean) << tilt;
         EXPECT_GT(std::abs(narrow - mean), 0.1 * mean) << tilt; // without the widening it is off
     }
-    // A surface's angle is the normal's tilt itself, a fibre's twice that: the lobe widens by half as much.
+    // A surface's angle is the normal's tilt itself, a fibre's twice that: the lobe widens by half
+    // as much.
     for (const double tilt : {0.0, 0.1, 0.2}) {
         double mean = 0, weight = 0;
         for (double z = -6; z <= 6; z += 0.01) { // standard deviations
@@ -141,6 +152,7 @@ TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
         }
         m.kind = MaterialKind::surface;
         const Lobe wide = makeLobe(m, s);
-        EXPECT_NEAR(wide.beta / m.beta * std::exp(-wide.falloff * tilt * tilt), mean / weight, 1e-6) << tilt;
+        EXPECT_NEAR(wide.beta / m.beta * std::exp(-wide.falloff * tilt * tilt), mean / weight, 1e-6)
+            << tilt;
     }
 }

@@ -1,4 +1,5 @@
-// Where methods fail (MODEL section 10), for rays: each test shows the plain method failing and ours holding.
+// Where methods fail (MODEL section 10), for rays: each test shows the plain method failing and
+// ours holding.
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -42,7 +43,8 @@ struct Cube {
     }
 };
 
-/// Voxels around the corner of eight blocks and a few far away, so that rays cross leaves and blocks, full and empty.
+/// Voxels around the corner of eight blocks and a few far away, so that rays cross leaves and
+/// blocks, full and empty.
 struct Scattered {
     Volume volume = emptyVolume();
     std::vector<Cube> cubes;
@@ -59,7 +61,8 @@ struct Scattered {
             for (int y = -3; y < 3; ++y)
                 for (int z = -3; z < 3; ++z)
                     if (random.uniform() < 0.35) add(origin.offsetBy(x, y, z));
-        for (int i = 0; i < 6; ++i) add(origin.offsetBy(i % 2 ? 150 : -20, 30 * (i - 3), i < 3 ? 9 : -140));
+        for (int i = 0; i < 6; ++i)
+            add(origin.offsetBy(i % 2 ? 150 : -20, 30 * (i - 3), i < 3 ? 9 : -140));
     }
     int find(const openvdb::Coord& ijk) const
     {
@@ -69,17 +72,20 @@ struct Scattered {
     }
 };
 
-/// Rays of every kind: random ones, along axes, in planes, with -0, along edges and faces, through corners, from faces, from inside, away.
+/// Rays of every kind: random ones, along axes, in planes, with -0, along edges and faces, through
+/// corners, from faces, from inside, away.
 void makeRay(std::uint64_t i, const Vec3d& middle, Vec3d& o, Vec3d& d)
 {
     Random random(hashKey(5, i));
     const auto grid = [&] {
-        return Vec3d(std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5)));
+        return Vec3d(std::floor(random.uniform(-4, 5)), std::floor(random.uniform(-4, 5)),
+                     std::floor(random.uniform(-4, 5)));
     };
     o = middle + Vec3d(random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4));
     d = Vec3d(random.normal(), random.normal(), random.normal());
     const int axis = int(random.uniform(0, 3));
-    const double away = random.uniform() < 0.5 ? 300 * random.uniform() : 0; // half of them start inside
+    const double away =
+        random.uniform() < 0.5 ? 300 * random.uniform() : 0; // half of them start inside
     switch (i % 8) {
     case 1:
         d[axis] = random.uniform() < 0.5 ? 0.0 : -0.0;
@@ -97,7 +103,9 @@ void makeRay(std::uint64_t i, const Vec3d& middle, Vec3d& o, Vec3d& d)
         o[axis] = std::floor(o[axis]);
         break; // from a face or through one
     case 6:
-        o = middle + grid(), d = Vec3d(random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1);
+        o = middle + grid(),
+        d = Vec3d(random.uniform() < 0.5 ? 1 : -1, random.uniform() < 0.5 ? 1 : -1,
+                  random.uniform() < 0.5 ? 1 : -1);
         break; // a diagonal through corners
     case 7:
         d[axis] = std::pow(10.0, -random.uniform(16, 323));
@@ -107,7 +115,11 @@ void makeRay(std::uint64_t i, const Vec3d& middle, Vec3d& o, Vec3d& d)
     }
     d.normalize();
     if (i % 8 != 3 && i % 8 != 6) o -= away * d;
-    else o -= std::floor(away) * (i % 8 == 3 ? d : Vec3d(d[0] > 0 ? 1 : -1, d[1] > 0 ? 1 : -1, d[2] > 0 ? 1 : -1)); // stays on the grid
+    else
+        o -= std::floor(away)
+            * (i % 8 == 3 ? d
+                          : Vec3d(d[0] > 0 ? 1 : -1, d[1] > 0 ? 1 : -1,
+                                  d[2] > 0 ? 1 : -1)); // stays on the grid
 }
 
 /// What a walk that steps a little over each face does: it misses voxels whose corner it cuts.
@@ -125,55 +137,68 @@ int missedByNudging(const Scattered& scene, const VoxelTree& tree, const Vec3d& 
         t = end + 1e-3;
     }
     int missed = 0;
-    for (std::size_t i = 0; i < met.size(); ++i) missed += !met[i] && scene.cubes[i].length(o, d) > 1e-6;
+    for (std::size_t i = 0; i < met.size(); ++i)
+        missed += !met[i] && scene.cubes[i].length(o, d) > 1e-6;
     return missed;
 }
 
 } // namespace
 
-// A million rays meet each voxel that a slab test says they meet, once, and no other, near the origin and a million voxels away.
+// A million rays meet each voxel that a slab test says they meet, once, and no other, near the
+// origin and a million voxels away.
 TEST(Stability, AMillionRaysMissNoVoxelAndMeetNoneTwice)
 {
-    for (const openvdb::Coord& origin : {openvdb::Coord(0), openvdb::Coord(-1000064, 1000192, 1000064)}) {
+    for (const openvdb::Coord& origin :
+         {openvdb::Coord(0), openvdb::Coord(-1000064, 1000192, 1000064)}) {
         const Scattered scene(origin);
         const VoxelTree tree(scene.volume);
-        const double far = origin == openvdb::Coord(0) ? 1 : 1e3, tolerance = 2e-9 * far; // doubles at 1e6 hold 1e-10
-        std::vector<int> index(20 * 20 * 20, -1);                                         // of the voxels in the middle
+        const double far = origin == openvdb::Coord(0) ? 1 : 1e3,
+                     tolerance = 2e-9 * far;      // doubles at 1e6 hold 1e-10
+        std::vector<int> index(20 * 20 * 20, -1); // of the voxels in the middle
         const auto cell = [&](const openvdb::Coord& p) {
             const openvdb::Coord q = p - origin + openvdb::Coord(10);
-            return q[0] < 0 || q[1] < 0 || q[2] < 0 || q[0] > 19 || q[1] > 19 || q[2] > 19 ? -1 : (q[0] * 20 + q[1]) * 20 + q[2];
+            return q[0] < 0 || q[1] < 0 || q[2] < 0 || q[0] > 19 || q[1] > 19 || q[2] > 19
+                ? -1
+                : (q[0] * 20 + q[1]) * 20 + q[2];
         };
         for (std::size_t i = 0; i < scene.cubes.size(); ++i)
-            if (const int c = cell(openvdb::Coord::floor(scene.cubes[i].low)); c >= 0) index[c] = int(i);
+            if (const int c = cell(openvdb::Coord::floor(scene.cubes[i].low)); c >= 0)
+                index[c] = int(i);
         std::atomic<int> wrong{0}, twice{0};
         std::atomic<long> met{0};
-        tbb::parallel_for(tbb::blocked_range<int>(0, 500000), [&](const tbb::blocked_range<int>& range) {
-            std::vector<double> length(scene.cubes.size());
-            for (int i = range.begin(); i < range.end(); ++i) {
-                Vec3d o, d;
-                makeRay(std::uint64_t(i), origin.asVec3d(), o, d);
-                std::fill(length.begin(), length.end(), 0.0);
-                const MarchRay r(tree, o, d, kEndless);
-                forEachLeaf(tree, r, [&](const LeafSpan& span) {
-                    forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
-                        if (!(tree.densities(span.leaf)[voxel] > 0) || std::min(end, r.t1) - t <= tolerance) return;
-                        const openvdb::Coord ijk(span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7), span.cell[2] + (voxel & 7));
-                        const int c = cell(ijk), at = c >= 0 && index[c] >= 0 ? index[c] : scene.find(ijk);
-                        if (at < 0) ++wrong;
-                        else {
-                            twice += length[at] > 0;
-                            length[at] += std::min(end, r.t1) - t;
-                        }
+        tbb::parallel_for(
+            tbb::blocked_range<int>(0, 500000), [&](const tbb::blocked_range<int>& range) {
+                std::vector<double> length(scene.cubes.size());
+                for (int i = range.begin(); i < range.end(); ++i) {
+                    Vec3d o, d;
+                    makeRay(std::uint64_t(i), origin.asVec3d(), o, d);
+                    std::fill(length.begin(), length.end(), 0.0);
+                    const MarchRay r(tree, o, d, kEndless);
+                    forEachLeaf(tree, r, [&](const LeafSpan& span) {
+                        forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
+                            if (!(tree.densities(span.leaf)[voxel] > 0)
+                                || std::min(end, r.t1) - t <= tolerance)
+                                return;
+                            const openvdb::Coord ijk(span.cell[0] + (voxel >> 6),
+                                                     span.cell[1] + (voxel >> 3 & 7),
+                                                     span.cell[2] + (voxel & 7));
+                            const int c = cell(ijk),
+                                      at = c >= 0 && index[c] >= 0 ? index[c] : scene.find(ijk);
+                            if (at < 0) ++wrong;
+                            else {
+                                twice += length[at] > 0;
+                                length[at] += std::min(end, r.t1) - t;
+                            }
+                        });
+                        return true;
                     });
-                    return true;
-                });
-                for (std::size_t k = 0; k < length.size(); ++k) {
-                    const double expected = scene.cubes[k].length(o, d);
-                    wrong += std::abs(length[k] - expected) > 10 * tolerance;
-                    met += expected > 0;
+                    for (std::size_t k = 0; k < length.size(); ++k) {
+                        const double expected = scene.cubes[k].length(o, d);
+                        wrong += std::abs(length[k] - expected) > 10 * tolerance;
+                        met += expected > 0;
+                    }
                 }
-            }
-        });
+            });
         EXPECT_EQ(wrong, 0) << origin;
         EXPECT_EQ(twice, 0) << origin;
         EXPECT_GT(met, 500000);
@@ -203,9 +228,13 @@ TEST(Stability, FarFromTheOriginThePositionInsideAVoxelIsKept)
                     offset(random.uniform(), random.uniform(), random.uniform());
         const double expected = Cube{Vec3d(0.0), 1, 1}.length(offset - 30.0 * d, d);
         const Vec3d o = at.asVec3d() + offset - 30.0 * d;
-        worst = std::max(worst, std::abs(lineIntegral<false>(tree, MarchRay(tree, o, d, kEndless), d, kEndless) - expected));
+        worst =
+            std::max(worst,
+                     std::abs(lineIntegral<false>(tree, MarchRay(tree, o, d, kEndless), d, kEndless)
+                              - expected));
         const Vec3d rounded = Vec3d(float(o[0]), float(o[1]), float(o[2]));
-        worst_float = std::max(worst_float, std::abs(Cube{at.asVec3d(), 1, 1}.length(rounded, d) - expected));
+        worst_float =
+            std::max(worst_float, std::abs(Cube{at.asVec3d(), 1, 1}.length(rounded, d) - expected));
     }
     EXPECT_LT(worst, 1e-7);
     EXPECT_GT(worst_float, 0.1);
@@ -224,13 +253,16 @@ TEST(Stability, RaysWithoutADirectionSeeNothing)
             params.integration = integration;
             const Integrator integrator(tree, {Material()}, lights, params);
             Integrator::Scratch scratch;
-            for (const Vec3d& d : {Vec3d(0.0), Vec3d(NAN), Vec3d(INFINITY, 0, 0), Vec3d(1e-300, 0, 0)})
+            for (const Vec3d& d :
+                 {Vec3d(0.0), Vec3d(NAN), Vec3d(INFINITY, 0, 0), Vec3d(1e-300, 0, 0)})
                 EXPECT_EQ(integrator.trace(Vec3d(0.0), d, scratch).transmittance, 1);
-            EXPECT_EQ(integrator.trace(Vec3d(1e12), Vec3d(1, 0, 0), scratch).transmittance, 1); // outside, pointing away
+            EXPECT_EQ(integrator.trace(Vec3d(1e12), Vec3d(1, 0, 0), scratch).transmittance,
+                      1); // outside, pointing away
         }
 }
 
-// A direction that leaves a face by less than a double can tell stays in it, where 1 / d overflows and 0 times that is no number.
+// A direction that leaves a face by less than a double can tell stays in it, where 1 / d overflows
+// and 0 times that is no number.
 TEST(Stability, DirectionsAlmostAlongAFaceAreAlongIt)
 {
     const Scattered scene{openvdb::Coord(0)};
@@ -244,7 +276,8 @@ TEST(Stability, DirectionsAlmostAlongAFaceAreAlongIt)
                 if (d[a] == 0) almost[a] = off;
             return lineIntegral<false>(tree, MarchRay(tree, o, almost, kEndless), almost, kEndless);
         };
-        for (const double off : {-0.0, 1e-19, -1e-19, 5e-324, -5e-324, -1e-310}) ASSERT_EQ(depth(off), depth(0)) << o << d << off;
+        for (const double off : {-0.0, 1e-19, -1e-19, 5e-324, -5e-324, -1e-310})
+            ASSERT_EQ(depth(off), depth(0)) << o << d << off;
     }
     EXPECT_TRUE(std::isnan(0 * (1 / -5e-324)));
 }
@@ -270,15 +303,18 @@ TEST(Stability, TilesOfEveryLevelBesideLeaves)
     double met = 0;
     for (int i = 0; i < 20000; ++i) {
         const Cube& aim = cubes[i % cubes.size()];
-        const Vec3d target = aim.low + aim.size * Vec3d(random.uniform(), random.uniform(), random.uniform());
+        const Vec3d target =
+            aim.low + aim.size * Vec3d(random.uniform(), random.uniform(), random.uniform());
         Vec3d d(random.normal(), random.normal(), random.normal());
         if (i % 7 == 0) d[i % 3] = 0;
         d.normalize();
-        const double way = 5000 * random.uniform(), end = i % 2 ? kEndless : way; // half of them end in the cube
+        const double way = 5000 * random.uniform(),
+                     end = i % 2 ? kEndless : way; // half of them end in the cube
         const Vec3d o = target - way * d;
         double expected = 0;
         for (const Cube& c : cubes) expected += double(c.density) * c.length(o, d, end);
-        ASSERT_NEAR(lineIntegral<false>(packed, MarchRay(packed, o, d, end), d, kEndless), expected, 1e-8 * (1 + expected))
+        ASSERT_NEAR(lineIntegral<false>(packed, MarchRay(packed, o, d, end), d, kEndless), expected,
+                    1e-8 * (1 + expected))
             << o << " " << d;
         met += expected > 0;
     }
@@ -295,21 +331,27 @@ TEST(Stability, TransformsAreHandledOrRefused)
     turn.preScale(Vec3d(0.25));
     turn.postTranslate(Vec3d(3, -2, 1));
     const VoxelTree plain(scene.volume);
-    scene.volume.parts[0].density->setTransform(openvdb::math::Transform::createLinearTransform(turn));
+    scene.volume.parts[0].density->setTransform(
+        openvdb::math::Transform::createLinearTransform(turn));
     const VoxelTree turned(scene.volume);
     EXPECT_NEAR(turned.voxelSize(), 0.25, 1e-12);
     for (int i = 0; i < 2000; ++i) {
         Vec3d o, d;
         makeRay(std::uint64_t(i), Vec3d(0.0), o, d);
-        const double expected = lineIntegral<false>(plain, MarchRay(plain, o, d, kEndless), d, kEndless);
+        const double expected =
+            lineIntegral<false>(plain, MarchRay(plain, o, d, kEndless), d, kEndless);
         const openvdb::math::Transform& t = scene.volume.parts[0].density->transform();
-        const Vec3d o_world = t.indexToWorld(o - Vec3d(0.5)), d_world = (t.indexToWorld(o + d - Vec3d(0.5)) - o_world).unit();
+        const Vec3d o_world = t.indexToWorld(o - Vec3d(0.5)),
+                    d_world = (t.indexToWorld(o + d - Vec3d(0.5)) - o_world).unit();
         if (i % 8 != 0 && i % 8 != 7) continue; // in faces, where rounding decides
-        EXPECT_NEAR(lineIntegral<false>(turned, MarchRay(turned, turned.toCorner(o_world), turned.directionToCorner(d_world), kEndless),
+        EXPECT_NEAR(lineIntegral<false>(turned,
+                                        MarchRay(turned, turned.toCorner(o_world),
+                                                 turned.directionToCorner(d_world), kEndless),
                                         d_world, kEndless),
                     expected, 1e-9);
     }
-    // The same world, turned and a quarter as wide: with four times the density, and lamps of a sixteenth, it looks the same.
+    // The same world, turned and a quarter as wide: with four times the density, and lamps of a
+    // sixteenth, it looks the same.
     const openvdb::math::Transform& t = scene.volume.parts[0].density->transform();
     std::vector<Light> lights(3), turned_lights;
     lights[0].direction = Vec3d(1, -2, 0.5).unit();
@@ -320,7 +362,9 @@ TEST(Stability, TransformsAreHandledOrRefused)
     lights[2].direction = Vec3d(-0.5, 1, 0).unit();
     RenderParams params;
     params.cutoff = 0;
-    const auto directionOf = [&](const Vec3d& d) { return (t.indexToWorld(d) - t.indexToWorld(Vec3d(0.0))).unit(); };
+    const auto directionOf = [&](const Vec3d& d) {
+        return (t.indexToWorld(d) - t.indexToWorld(Vec3d(0.0))).unit();
+    };
     for (Light light : lights) {
         light.position = t.indexToWorld(light.position);
         light.direction = directionOf(light.direction);
@@ -334,7 +378,8 @@ TEST(Stability, TransformsAreHandledOrRefused)
     for (int i = 0; i < 300; ++i) {
         Vec3d o, d;
         makeRay(8 * std::uint64_t(i), Vec3d(0.0), o, d);
-        const RaySample a = before.trace(o, d, scratch), b = after.trace(t.indexToWorld(o), directionOf(d), scratch);
+        const RaySample a = before.trace(o, d, scratch),
+                        b = after.trace(t.indexToWorld(o), directionOf(d), scratch);
         EXPECT_NEAR(a.transmittance, b.transmittance, 1e-9);
         EXPECT_NEAR(a.radiance[0], b.radiance[0], 1e-7 * (1 + a.radiance[0]));
     }
@@ -345,7 +390,8 @@ TEST(Stability, TransformsAreHandledOrRefused)
     openvdb::Mat4d lean = shear; // of edges as long as before
     lean(1, 1) = std::sqrt(1 - 0.2 * 0.2);
     for (const openvdb::Mat4d& bad : {stretch, shear, lean}) {
-        scene.volume.parts[0].density->setTransform(openvdb::math::Transform::createLinearTransform(bad));
+        scene.volume.parts[0].density->setTransform(
+            openvdb::math::Transform::createLinearTransform(bad));
         EXPECT_THROW(VoxelTree{scene.volume}, Error);
     }
 }

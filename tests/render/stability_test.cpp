@@ -1,4 +1,5 @@
-// Where methods fail (MODEL section 10), for light: each test shows the plain method failing and ours holding. stability_march_test.cpp has the rays.
+// Where methods fail (MODEL section 10), for light: each test shows the plain method failing and
+// ours holding. stability_march_test.cpp has the rays.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -28,14 +29,17 @@ TEST(Stability, TheClosedFormHoldsFromThinToThickSteps)
         Integrator::Scratch scratch;
         const auto found = [&](Integration integration) {
             params.integration = integration;
-            return Integrator(tree, {material}, lights, params).trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch).radiance[0];
+            return Integrator(tree, {material}, lights, params)
+                .trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch)
+                .radiance[0];
         };
         EXPECT_NEAR(found(Integration::exact) / truth, 1, 1e-12) << x;
         if (x >= 0.1f) {
             EXPECT_LT(found(Integration::riemann) / truth, 0.96) << x;
         }
         double plain = 0, light_left = 1; // in doubles, the exponential subtracted
-        for (int i = 0; i < 32; ++i, light_left *= std::exp(-double(x))) plain += light_left * (1 - std::exp(-double(x)));
+        for (int i = 0; i < 32; ++i, light_left *= std::exp(-double(x)))
+            plain += light_left * (1 - std::exp(-double(x)));
         if (x <= 1e-8f) {
             EXPECT_GT(std::abs(0.25 * plain / truth - 1), 1e-10) << x;
         }
@@ -46,16 +50,23 @@ TEST(Stability, TheClosedFormHoldsFromThinToThickSteps)
 TEST(Stability, LightAlongASegmentNeitherOverflowsNorLosesDigits)
 {
     const auto plain = [](double a, double x) { return std::exp(-a) * (1 - std::exp(-x)) / x; };
-    const auto integral = [](double a, double x) { // of e^-(a + x s), s from 0 to 1: the part that matters, by Simpson's rule
-        const double nearest = x > 0 ? a : a + x, rate = std::abs(x), reach = rate > 40 ? 40 / rate : 1;
-        constexpr int kSteps = 20000;
-        double sum = 0;
-        for (int i = 0; i <= kSteps; ++i)
-            sum += (i == 0 || i == kSteps ? 1 : i % 2 ? 4 : 2) * std::exp(-nearest - rate * reach * i / kSteps);
-        return sum * reach / (3 * kSteps);
-    };
+    const auto integral =
+        [](double a,
+           double x) { // of e^-(a + x s), s from 0 to 1: the part that matters, by Simpson's rule
+            const double nearest = x > 0 ? a : a + x, rate = std::abs(x),
+                         reach = rate > 40 ? 40 / rate : 1;
+            constexpr int kSteps = 20000;
+            double sum = 0;
+            for (int i = 0; i <= kSteps; ++i)
+                sum += (i == 0 || i == kSteps ? 1
+                            : i % 2           ? 4
+                                              : 2)
+                    * std::exp(-nearest - rate * reach * i / kSteps);
+            return sum * reach / (3 * kSteps);
+        };
     for (const double a : {0.0, 1.0, 30.0, 650.0, 800.0, 5000.0})
-        for (const double x : {0.0, 1e-12, -1e-9, 1e-3, -1.0, 30.0, -30.0, 650.0, -800.0, -5000.0, 1e5, 9e-6, -9e-6, 2e-5, -2e-5}) {
+        for (const double x : {0.0, 1e-12, -1e-9, 1e-3, -1.0, 30.0, -30.0, 650.0, -800.0, -5000.0,
+                               1e5, 9e-6, -9e-6, 2e-5, -2e-5}) {
             if (a + x < 0) continue; // no depth is below 0
             const double expected = integral(a, x), found = segmentLight(a, x);
             EXPECT_TRUE(std::isfinite(found)) << a << " " << x;
@@ -71,7 +82,8 @@ TEST(Stability, LightAlongASegmentNeitherOverflowsNorLosesDigits)
 TEST(Stability, ShadingIsBoundedWhereThePrintedFormIsNot)
 {
     const auto fresnel = [](double c, double n) { // as printed
-        const double g = std::sqrt(n * n + c * c - 1), a = (g - c) / (g + c), b = (c * (g + c) - 1) / (c * (g - c) + 1);
+        const double g = std::sqrt(n * n + c * c - 1), a = (g - c) / (g + c),
+                     b = (c * (g + c) - 1) / (c * (g - c) + 1);
         return 0.5 * a * a * (1 + b * b);
     };
     EXPECT_FALSE(std::isfinite(fresnel(0, 1)));     // n = 1, grazing
@@ -79,11 +91,14 @@ TEST(Stability, ShadingIsBoundedWhereThePrintedFormIsNot)
     Material m;
     m.alpha = 0;
     m.beta = 1;
-    const auto bounded = [&](const Vec3d& direction, const Vec3d& V, const Vec3d& L, double most_fibre, double most_surface) {
+    const auto bounded = [&](const Vec3d& direction, const Vec3d& V, const Vec3d& L,
+                             double most_fibre, double most_surface) {
         for (const MaterialKind kind : {MaterialKind::fibre, MaterialKind::surface}) {
             m.kind = kind;
             const Lobe lobe = makeLobe(m);
-            const Reflection r = kind == MaterialKind::fibre ? reflectFibre(lobe, direction, V, L) : reflectSurface(lobe, direction, V, L);
+            const Reflection r = kind == MaterialKind::fibre
+                ? reflectFibre(lobe, direction, V, L)
+                : reflectSurface(lobe, direction, V, L);
             const double most = kind == MaterialKind::fibre ? most_fibre : most_surface;
             EXPECT_TRUE(r.specular >= 0 && r.specular <= most && r.diffuse >= 0) << r.specular;
         }
@@ -93,25 +108,34 @@ TEST(Stability, ShadingIsBoundedWhereThePrintedFormIsNot)
             m.n = n;
             m.gamma = gamma;
             const Vec3d V = Vec3d(1, 0, 1e-5).unit(), L = Vec3d(-1, 0, 2e-5).unit();
-            bounded({0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, 0, 0);                               // V = -L, both grazing: |V + L| = 0
-            bounded({0, 0, 1}, Vec3d(1, 0, 1e-9).unit(), Vec3d(-1, 0, 1e-9).unit(), 0, 0); // nearly so: none below 1e-6
-            bounded({0, 0, 1}, V, L, 1, 1e2);                                              // grazing: 1 / cos theta_r is 100 at most
-            bounded({1, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0, 1);                                // along the fibre: it has no normal there
-            bounded(Vec3d(1 + 1e-7, 1e-8, 0), Vec3d(1 + 1e-7, 0, 0), Vec3d(1 + 1e-7, 1e-9, 0), 0, 2); // lengths rounded above 1
-            bounded(Vec3d(1 + 1e-7, 0, 0), Vec3d(1 + 1e-7, 0, 0), Vec3d(0, 1, 0), 1, 1e2);            // acos of that
+            bounded({0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, 0, 0); // V = -L, both grazing: |V + L| = 0
+            bounded({0, 0, 1}, Vec3d(1, 0, 1e-9).unit(), Vec3d(-1, 0, 1e-9).unit(), 0,
+                    0);                       // nearly so: none below 1e-6
+            bounded({0, 0, 1}, V, L, 1, 1e2); // grazing: 1 / cos theta_r is 100 at most
+            bounded({1, 0, 0}, {1, 0, 0}, {1, 0, 0}, 0,
+                    1); // along the fibre: it has no normal there
+            bounded(Vec3d(1 + 1e-7, 1e-8, 0), Vec3d(1 + 1e-7, 0, 0), Vec3d(1 + 1e-7, 1e-9, 0), 0,
+                    2); // lengths rounded above 1
+            bounded(Vec3d(1 + 1e-7, 0, 0), Vec3d(1 + 1e-7, 0, 0), Vec3d(0, 1, 0), 1,
+                    1e2); // acos of that
         }
     EXPECT_TRUE(std::isnan(std::acos(1 + 1e-7)));
-    const auto printed = [](const Vec3d& N, const Vec3d& V, const Vec3d& L) { // G / cos theta_r of (9)
+    const auto printed = [](const Vec3d& N, const Vec3d& V,
+                            const Vec3d& L) { // G / cos theta_r of (9)
         const Vec3d Q = (V + L).unit();
-        return std::min({1.0, 2 * N.dot(Q) * N.dot(V) / V.dot(Q), 2 * N.dot(Q) * N.dot(L) / V.dot(Q)}) / N.dot(V);
+        return std::min(
+                   {1.0, 2 * N.dot(Q) * N.dot(V) / V.dot(Q), 2 * N.dot(Q) * N.dot(L) / V.dot(Q)})
+            / N.dot(V);
     };
     const Vec3d V = Vec3d(1, 0, 1e-5).unit(), L = Vec3d(-1, 0, 2e-5).unit();
     EXPECT_GT(printed({0, 0, 1}, V, L), 9e4);
     const double phi = 0, gamma = 0;
-    EXPECT_TRUE(std::isnan(std::exp(-std::log(2.0) * phi * phi / (gamma * gamma)))); // the lobe at gamma = 0
+    EXPECT_TRUE(std::isnan(
+        std::exp(-std::log(2.0) * phi * phi / (gamma * gamma)))); // the lobe at gamma = 0
 }
 
-// A ray that ends where less light than `cutoff` passes is off by no more than that part of the brightest.
+// A ray that ends where less light than `cutoff` passes is off by no more than that part of the
+// brightest.
 TEST(Stability, TheCutoffBoundsTheError)
 {
     Volume volume = emptyVolume();
@@ -128,10 +152,13 @@ TEST(Stability, TheCutoffBoundsTheError)
         for (const double cutoff : {0.3, 0.01, 1e-5}) {
             params.filter = filter;
             params.cutoff = cutoff;
-            const double found = Integrator(tree, {material}, {light}, params).trace({3.1, 3.2, 140}, {0, 0, -1}, scratch).radiance[0],
+            const double found = Integrator(tree, {material}, {light}, params)
+                                     .trace({3.1, 3.2, 140}, {0, 0, -1}, scratch)
+                                     .radiance[0],
                          missing = 0.25 - found; // 128 voxels let e^-25.6 pass
             EXPECT_LE(missing, 0.25 * cutoff) << cutoff;
-            EXPECT_GT(missing, 0.25 * 0.8 * cutoff) << cutoff; // and it ends there: a voxel passes e^-0.2
+            EXPECT_GT(missing, 0.25 * 0.8 * cutoff)
+                << cutoff; // and it ends there: a voxel passes e^-0.2
         }
 }
 
@@ -152,8 +179,10 @@ TEST(Stability, ALightOnTheRayIsFinite)
                 RenderParams params;
                 params.filter = filter;
                 Integrator::Scratch scratch;
-                const RaySample sample = Integrator(tree, {Material()}, {light}, params).trace({0.25, 0.25, 20}, {0, 0, -1}, scratch);
-                EXPECT_TRUE(sample.radiance[0] >= 0 && sample.radiance[0] <= 0.8) << z; // alpha / 4 at half a voxel, and no nearer
+                const RaySample sample = Integrator(tree, {Material()}, {light}, params)
+                                             .trace({0.25, 0.25, 20}, {0, 0, -1}, scratch);
+                EXPECT_TRUE(sample.radiance[0] >= 0 && sample.radiance[0] <= 0.8)
+                    << z; // alpha / 4 at half a voxel, and no nearer
                 EXPECT_TRUE(light.kind != LightKind::point || sample.radiance[0] > 0.01) << z;
             }
 }
@@ -173,13 +202,17 @@ TEST(Stability, EmptyVolumesAndSingleVoxels)
         const Image image = render(emptyVolume(), {}, camera, {Light()}, params);
         for (const float p : image.pixels) EXPECT_EQ(p, 0);
     }
-    for (const openvdb::Coord& at : {openvdb::Coord(0), openvdb::Coord(-7, -9, -1), openvdb::Coord(1000000, -1000000, 1000000)}) {
+    for (const openvdb::Coord& at : {openvdb::Coord(0), openvdb::Coord(-7, -9, -1),
+                                     openvdb::Coord(1000000, -1000000, 1000000)}) {
         Volume volume = emptyVolume();
         volume.parts[0].density->tree().setValue(at, 0.7f);
         camera.target = at.asVec3d();
         camera.eye = camera.target + Vec3d(0, 0, 50);
         const Image image = render(volume, {}, camera, {}, params);
         for (int y = 0; y < 9; ++y)
-            for (int x = 0; x < 9; ++x) EXPECT_NEAR(image.pixel(x, y)[3], x == 4 && y == 4 ? -std::expm1(-double(0.7f)) : 0, 1e-6) << at;
+            for (int x = 0; x < 9; ++x)
+                EXPECT_NEAR(image.pixel(x, y)[3], x == 4 && y == 4 ? -std::expm1(-double(0.7f)) : 0,
+                            1e-6)
+                    << at;
     }
 }

@@ -26,7 +26,8 @@ inline VolumePart fullPart(double voxel, const std::string& material = "fur")
     return part;
 }
 
-inline void set(VolumePart& part, const openvdb::Coord& c, float density, const Vec3f& direction, const Vec3f& colour)
+inline void set(VolumePart& part, const openvdb::Coord& c, float density, const Vec3f& direction,
+                const Vec3f& colour)
 {
     part.density->tree().setValue(c, density);
     part.direction->tree().setValue(c, direction);
@@ -40,11 +41,12 @@ inline Box strands(int nx, int ny, int count, double voxel, std::uint64_t seed)
     VolumePart part = fullPart(voxel);
     for (int s = 0; s < count; ++s) {
         Random random(hashKey(seed, static_cast<std::uint64_t>(s)));
-        double x = random.uniform(-0.25, 0.25) * nx, z = random.uniform(-0.25, 0.25) * nx, dx = random.symmetric() * 0.2,
-               dz = random.symmetric() * 0.2;
+        double x = random.uniform(-0.25, 0.25) * nx, z = random.uniform(-0.25, 0.25) * nx,
+               dx = random.symmetric() * 0.2, dz = random.symmetric() * 0.2;
         const double bend_x = random.symmetric() * 0.006, bend_z = random.symmetric() * 0.006;
         const auto rho = static_cast<float>(random.uniform(20, 60));
-        const Vec3f colour(float(random.uniform()), float(random.uniform()), float(random.uniform()));
+        const Vec3f colour(float(random.uniform()), float(random.uniform()),
+                           float(random.uniform()));
         for (int y = 0; y < ny; ++y) {
             Vec3f t(float(dx), 1, float(dz));
             t.normalize();
@@ -70,18 +72,22 @@ inline Placement turned(const Vec3d& axis, double angle, const Vec3d& position, 
     return p;
 }
 
-/// Any turn, a place up to `reach` from the origin along each axis, a size between `low` and `high`, any tint.
-inline Placement randomPlacement(std::uint64_t key, double reach, double low = 0.8, double high = 1.2)
+/// Any turn, a place up to `reach` from the origin along each axis, a size between `low` and
+/// `high`, any tint.
+inline Placement randomPlacement(std::uint64_t key, double reach, double low = 0.8,
+                                 double high = 1.2)
 {
     Random r(key);
     Vec3d axis(r.normal(), r.normal(), r.normal());
-    Placement p = turned(axis, r.uniform(0, 2 * kPi), {r.symmetric() * reach, r.symmetric() * reach, r.symmetric() * reach},
+    Placement p = turned(axis, r.uniform(0, 2 * kPi),
+                         {r.symmetric() * reach, r.symmetric() * reach, r.symmetric() * reach},
                          float(r.uniform(low, high)));
     p.tint = Vec3f(float(r.uniform()), float(r.uniform()), float(r.uniform()));
     return p;
 }
 
-inline Volume composed(const std::vector<Box>& boxes, const std::vector<Placement>& placements, const ComposeParams& params)
+inline Volume composed(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
+                       const ComposeParams& params)
 {
     return unpack(compose(boxes, placements, params));
 }

@@ -16,14 +16,17 @@ namespace {
 /// A PGM/PPM/PFM is text enough to write by hand; OpenImageIO reads them.
 std::filesystem::path write(const std::string& name, const std::string& bytes)
 {
-    const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / ("volcomp_map_" + name);
+    const std::filesystem::path file =
+        std::filesystem::path(::testing::TempDir()) / ("volcomp_map_" + name);
     std::ofstream(file, std::ios::binary) << bytes;
     return file;
 }
 
-std::filesystem::path floats(const std::string& name, int width, int height, const std::vector<float>& values)
+std::filesystem::path floats(const std::string& name, int width, int height,
+                             const std::vector<float>& values)
 {
-    std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n"; // rows from the bottom
+    std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height)
+        + "\n-1.0\n"; // rows from the bottom
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * 4);
     return write(name, bytes);
 }
@@ -38,14 +41,17 @@ MapSpec image(const std::filesystem::path& file)
 TEST(Texture, eightAndSixteenBitsAndFloats)
 {
     EXPECT_NEAR(readTexture(write("8.pgm", "P2\n1 1\n255\n51\n"), false).pixels[0], 0.2, 1e-6);
-    EXPECT_NEAR(readTexture(write("16.pgm", "P2\n1 1\n65535\n13107\n"), false).pixels[0], 0.2, 1e-6);
+    EXPECT_NEAR(readTexture(write("16.pgm", "P2\n1 1\n65535\n13107\n"), false).pixels[0], 0.2,
+                1e-6);
     EXPECT_FLOAT_EQ(readTexture(floats("32.pfm", 1, 1, {-3.5f}), false).pixels[0], -3.5f);
-    EXPECT_NEAR(readTexture(write("8.pgm", "P2\n1 1\n255\n188\n"), true).pixels[0], 0.5029, 1e-3); // sRGB
+    EXPECT_NEAR(readTexture(write("8.pgm", "P2\n1 1\n255\n188\n"), true).pixels[0], 0.5029,
+                1e-3); // sRGB
 }
 
 TEST(Texture, rowsRunDownwardsAndWrapModes)
 {
-    const Texture t = readTexture(write("rows.pgm", "P2\n2 2\n255\n0 255\n51 102\n"), false); // top: 0 1, bottom: 0.2 0.4
+    const Texture t = readTexture(write("rows.pgm", "P2\n2 2\n255\n0 255\n51 102\n"),
+                                  false); // top: 0 1, bottom: 0.2 0.4
     EXPECT_NEAR(t.sample(0.25, 0.75, 0, Wrap::clamp), 0, 1e-6);
     EXPECT_NEAR(t.sample(0.75, 0.75, 0, Wrap::clamp), 1, 1e-6);
     EXPECT_NEAR(t.sample(0.25, 0.25, 0, Wrap::clamp), 0.2, 1e-6);
@@ -100,7 +106,8 @@ TEST(Map, channelsAndLuminance)
     EXPECT_NEAR(Map({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2, 1e-6);
     m.channel = 3;
     EXPECT_THROW(Map({m}, false), Error);
-    const Vec3f c = Map({image(file)}, true).colour({0.5, 0.5}, Vec3d(0.0)); // a colour map is converted from sRGB
+    const Vec3f c = Map({image(file)}, true)
+                        .colour({0.5, 0.5}, Vec3d(0.0)); // a colour map is converted from sRGB
     EXPECT_NEAR(c[0], 1, 1e-5);
     EXPECT_NEAR(c[1], 0.0331, 1e-3);
 }

@@ -21,7 +21,8 @@ Mesh sphere(int rows)
     };
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < 2 * rows; ++i) {
-            const double u0 = i / (2.0 * rows), u1 = (i + 1) / (2.0 * rows), v0 = double(j) / rows, v1 = double(j + 1) / rows;
+            const double u0 = i / (2.0 * rows), u1 = (i + 1) / (2.0 * rows), v0 = double(j) / rows,
+                         v1 = double(j + 1) / rows;
             const auto n = static_cast<std::int32_t>(m.points.size());
             const Vec2d uv[4] = {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}};
             for (const Vec2d& x : uv) m.points.push_back(point(x[0], x[1]));
@@ -43,7 +44,8 @@ MapProjection projection(ProjectionKind kind)
 
 TEST(Projection, lineAndProjectAreInverse)
 {
-    for (const ProjectionKind kind : {ProjectionKind::sphere, ProjectionKind::cylinder, ProjectionKind::plane}) {
+    for (const ProjectionKind kind :
+         {ProjectionKind::sphere, ProjectionKind::cylinder, ProjectionKind::plane}) {
         MapProjection p = projection(kind);
         p.centre = Vec3d(0.3, -2, 5);
         p.axis = Vec3d(1, 2, -0.5).unit();
@@ -66,10 +68,12 @@ TEST(Projection, theMapStandsUprightForAnEyeOutside)
 {
     const MapProjection ball = projection(ProjectionKind::sphere); // axis +Y, the middle faces +Z
     EXPECT_NEAR(ball.project({0, 0, 2})[0], 0.5, 1e-12);
-    EXPECT_GT(ball.project({0.1, 0, 2})[0], 0.5); // right of the middle for an eye at +Z that looks to -Z
+    EXPECT_GT(ball.project({0.1, 0, 2})[0],
+              0.5); // right of the middle for an eye at +Z that looks to -Z
     EXPECT_GT(ball.project({0, 0.1, 2})[1], 0.5);
     const MapProjection flat = projection(ProjectionKind::plane); // seen from +Y, up is +Z
-    EXPECT_LT(flat.project({0.1, 0, 0})[0], 0.5);                 // an eye above that looks down with +Z up has -X at its right
+    EXPECT_LT(flat.project({0.1, 0, 0})[0],
+              0.5); // an eye above that looks down with +Z up has -X at its right
     EXPECT_GT(flat.project({0, 0, 0.1})[1], 0.5);
 }
 
@@ -105,7 +109,8 @@ TEST(Surface, fractionsOfTheAreaCoverItEvenly)
 
 TEST(Surface, stratifiedPointsKeepTheirDistance)
 {
-    // Mean distance to the nearest other point times twice the root of the density: 1 for random points, 2.15 at most.
+    // Mean distance to the nearest other point times twice the root of the density: 1 for random
+    // points, 2.15 at most.
     Mesh m;
     m.points = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}};
     m.triangles = {{0, 2, 1}, {0, 3, 2}};
@@ -147,15 +152,17 @@ TEST(Surface, sheetsComeFromOutsideInward)
     Mesh m = sphere(16), inner = sphere(16);
     const auto base = static_cast<std::int32_t>(m.points.size());
     for (const Vec3d& p : inner.points) m.points.push_back(p * 0.5);
-    for (const auto& t : inner.triangles) m.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    for (const auto& t : inner.triangles)
+        m.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
     m.normals.insert(m.normals.end(), inner.normals.begin(), inner.normals.end());
     m.uv.insert(m.uv.end(), inner.uv.begin(), inner.uv.end());
     const Surface s(std::move(m), projection(ProjectionKind::sphere));
     for (int k = 0; k < 300; ++k) {
         Random r(hashKey(3, k));
         // Half of the lines go exactly through corners and edges of the mesh.
-        const Vec2d uv =
-            k % 2 ? Vec2d(r.uniform(), r.uniform()) : Vec2d(std::floor(r.uniform() * 32) / 32, std::floor(r.uniform() * 16) / 16);
+        const Vec2d uv = k % 2
+            ? Vec2d(r.uniform(), r.uniform())
+            : Vec2d(std::floor(r.uniform() * 32) / 32, std::floor(r.uniform() * 16) / 16);
         const auto sheets = s.sheets(uv);
         ASSERT_EQ(sheets.size(), 2u) << uv[0] << " " << uv[1];
         EXPECT_GT(sheets[0].position.length(), 0.9);
@@ -168,7 +175,8 @@ TEST(Surface, textureCoordinatesLeadBackToThePlace)
     const Surface s(sphere(16), projection(ProjectionKind::uv));
     for (int k = 0; k < 200; ++k) {
         Random r(hashKey(4, k));
-        const Vec2d uv(r.uniform(), r.uniform(0.07, 0.93)); // at the poles half of the triangles have no area
+        const Vec2d uv(r.uniform(),
+                       r.uniform(0.07, 0.93)); // at the poles half of the triangles have no area
         const auto sheets = s.sheets(uv);
         ASSERT_EQ(sheets.size(), 1u);
         EXPECT_NEAR(sheets[0].uv[0], uv[0], 1e-6);
@@ -206,7 +214,8 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
     Random r(5);
     for (int i = 0; i < 60; ++i) {
         const Vec3d c(r.symmetric(), r.symmetric(), r.symmetric());
-        for (int k = 0; k < 3; ++k) points.push_back(c + Vec3d(r.symmetric(), r.symmetric(), r.symmetric()) * 0.2);
+        for (int k = 0; k < 3; ++k)
+            points.push_back(c + Vec3d(r.symmetric(), r.symmetric(), r.symmetric()) * 0.2);
         triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     const SurfaceTree tree(points, triangles);
@@ -216,10 +225,10 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
         for (const auto& t : triangles)
             for (int i = 0; i <= 40; ++i)
                 for (int j = 0; i + j <= 40; ++j)
-                    best = std::min(
-                        best,
-                        (points[t[0]] + (points[t[1]] - points[t[0]]) * (i / 40.0) + (points[t[2]] - points[t[0]]) * (j / 40.0) - p)
-                            .length());
+                    best = std::min(best,
+                                    (points[t[0]] + (points[t[1]] - points[t[0]]) * (i / 40.0)
+                                     + (points[t[2]] - points[t[0]]) * (j / 40.0) - p)
+                                        .length());
         const double found = (tree.nearest(p).position - p).length();
         EXPECT_LE(found, best + 1e-12);
         EXPECT_GT(found, best - 0.01);
@@ -228,14 +237,17 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
 
 TEST(SurfaceWalk, findsWhatTheTreeFindsOnAConvexBody)
 {
-    // A ball of a fine and a coarse half, its triangles' corners not shared: only their places say that they are neighbours.
+    // A ball of a fine and a coarse half, its triangles' corners not shared: only their places say
+    // that they are neighbours.
     Mesh m;
     const int rings = 24, across = 40;
     const auto at = [&](int i, int j) {
-        const double theta = kPi * std::pow(double(i) / rings, 1.7), phi = 2 * kPi * (j % across) / across;
+        const double theta = kPi * std::pow(double(i) / rings, 1.7),
+                     phi = 2 * kPi * (j % across) / across;
         return i == 0    ? Vec3d(0, 1, 0)
             : i == rings ? Vec3d(0, -1, 0)
-                         : Vec3d(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
+                         : Vec3d(std::sin(theta) * std::cos(phi), std::cos(theta),
+                                 std::sin(theta) * std::sin(phi));
     };
     const auto add = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
         const auto n = static_cast<std::int32_t>(m.points.size());
@@ -258,7 +270,8 @@ TEST(SurfaceWalk, findsWhatTheTreeFindsOnAConvexBody)
         const SurfaceWalk::Foot foot = walk.nearest(m, p, triangle);
         EXPECT_NEAR(std::sqrt(foot.distance2), (tree.nearest(p).position - p).length(), 1e-9) << k;
         const auto& c = m.triangles[foot.triangle];
-        const Vec3d q = m.points[c[0]] * (1 - foot.b1 - foot.b2) + m.points[c[1]] * foot.b1 + m.points[c[2]] * foot.b2;
+        const Vec3d q = m.points[c[0]] * (1 - foot.b1 - foot.b2) + m.points[c[1]] * foot.b1
+            + m.points[c[2]] * foot.b2;
         EXPECT_NEAR((q - p).lengthSqr(), foot.distance2, 1e-12);
         triangle = foot.triangle;
     }
@@ -274,9 +287,11 @@ TEST(SurfaceWalk, endsAtBordersAndOnTrianglesWithoutArea)
         const SurfaceWalk::Foot far = walk.nearest(m, {-3, 5, 1}, start);
         EXPECT_NEAR(far.distance2, 9 + 16 + 1, 1e-12); // the corner (0, 1)
         EXPECT_NEAR(walk.nearest(m, {0.2, 0.7, 2}, start).distance2, 4, 1e-12);
-        EXPECT_NEAR(walk.nearest(m, {0.5, 0.7, 2}, start).distance2, 4, 1e-12); // over a corner that the square does not have
+        EXPECT_NEAR(walk.nearest(m, {0.5, 0.7, 2}, start).distance2, 4,
+                    1e-12); // over a corner that the square does not have
     }
-    for (std::int32_t start = 3; start < 5; ++start) EXPECT_TRUE(std::isfinite(walk.nearest(m, {0.2, 0.7, 2}, start).distance2));
+    for (std::int32_t start = 3; start < 5; ++start)
+        EXPECT_TRUE(std::isfinite(walk.nearest(m, {0.2, 0.7, 2}, start).distance2));
 }
 
 } // namespace

@@ -13,25 +13,29 @@ namespace {
 
 bool overlap(const LabelBox& a, const LabelBox& b)
 {
-    return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+    return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height
+        && b.y < a.y + a.height;
 }
 
 } // namespace
 
 TEST(Chart, TheFrontHoldsWhatNothingBeats)
 {
-    const std::vector<ChartPoint> points{{"slow", 9, 0.1},   {"fast", 1, 1},           {"beaten", 5, 0.6},
-                                         {"middle", 4, 0.5}, {"as fast, worse", 1, 2}, {"fast again", 1, 1}};
+    const std::vector<ChartPoint> points{{"slow", 9, 0.1},         {"fast", 1, 1},
+                                         {"beaten", 5, 0.6},       {"middle", 4, 0.5},
+                                         {"as fast, worse", 1, 2}, {"fast again", 1, 1}};
     EXPECT_EQ(paretoFront(points), (std::vector<std::size_t>{1, 3, 0}));
     EXPECT_TRUE(paretoFront({}).empty());
     Random random(2);
     std::vector<ChartPoint> many;
-    for (int i = 0; i < 300; ++i) many.push_back({"", random.uniform(0.1, 1), random.uniform(0.1, 1)});
+    for (int i = 0; i < 300; ++i)
+        many.push_back({"", random.uniform(0.1, 1), random.uniform(0.1, 1)});
     const auto front = paretoFront(many);
     for (std::size_t i = 0; i < many.size(); ++i) {
         bool beaten = false, on_front = std::find(front.begin(), front.end(), i) != front.end();
         for (const ChartPoint& other : many)
-            beaten |= other.x <= many[i].x && other.y <= many[i].y && (other.x < many[i].x || other.y < many[i].y);
+            beaten |= other.x <= many[i].x && other.y <= many[i].y
+                && (other.x < many[i].x || other.y < many[i].y);
         EXPECT_NE(beaten, on_front);
     }
 }
@@ -52,7 +56,8 @@ TEST(Chart, NamesNeitherOverlapNorLeaveTheFrame)
     std::vector<std::string> names;
     for (int i = 0; i < 30; ++i) { // a crowd in the middle, some at the borders
         const double spread = i < 20 ? 0.15 : 0.5;
-        marks.push_back({500 + 900 * spread * random.symmetric(), 270 + 500 * spread * random.symmetric()});
+        marks.push_back(
+            {500 + 900 * spread * random.symmetric(), 270 + 500 * spread * random.symmetric()});
         names.push_back(i % 7 == 0 ? "" : "setting " + std::to_string(i));
     }
     const auto boxes = placeLabels(marks, names, frame, 8, 16);
@@ -60,7 +65,8 @@ TEST(Chart, NamesNeitherOverlapNorLeaveTheFrame)
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         if (names[i].empty()) continue;
         EXPECT_EQ(boxes[i].width, 8.0 * double(names[i].size()));
-        EXPECT_TRUE(boxes[i].x >= frame.x && boxes[i].x + boxes[i].width <= frame.x + frame.width && boxes[i].y >= frame.y
+        EXPECT_TRUE(boxes[i].x >= frame.x && boxes[i].x + boxes[i].width <= frame.x + frame.width
+                    && boxes[i].y >= frame.y
                     && boxes[i].y + boxes[i].height <= frame.y + frame.height);
         for (std::size_t k = 0; k < i; ++k)
             if (!names[k].empty()) {

@@ -73,7 +73,9 @@ class Programs : public testing::Test {
 protected:
     void SetUp() override
     {
-        m_dir = fs::path(testing::TempDir()) / ("programs_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        m_dir = fs::path(testing::TempDir())
+            / ("programs_"
+               + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
         fs::remove_all(m_dir);
         fs::create_directories(m_dir);
         write("scene.toml", kScene);
@@ -83,7 +85,10 @@ protected:
     void TearDown() override { fs::remove_all(m_dir); }
 
     fs::path path(const std::string& name) const { return m_dir / name; }
-    void write(const std::string& name, const std::string& text) { std::ofstream(path(name), std::ios::binary) << text; }
+    void write(const std::string& name, const std::string& text)
+    {
+        std::ofstream(path(name), std::ios::binary) << text;
+    }
     std::string read(const std::string& name)
     {
         std::ifstream stream(path(name), std::ios::binary);
@@ -105,23 +110,32 @@ protected:
     Outcome run(const std::string& program, const std::string& arguments)
     {
         const fs::path log = path("log.txt");
-        const std::string command =
-            "cd '" + m_dir.string() + "' && '" VOLCOMP_BIN "/volcomp-" + program + "' " + arguments + " >'" + log.string() + "' 2>&1";
+        const std::string command = "cd '" + m_dir.string() + "' && '" VOLCOMP_BIN "/volcomp-"
+            + program + "' " + arguments + " >'" + log.string() + "' 2>&1";
         const int status = std::system(command.c_str());
         Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read("log.txt")};
         fs::remove(log);
         return outcome;
     }
     Outcome bake() { return run("bake", "scene.toml -o boxes"); }
-    Outcome compose(const std::string& more = "") { return run("compose", "scene.toml --boxes boxes -o volume.vdb " + more); }
-    Outcome render(const std::string& more = "-o a.exr") { return run("render", "scene.toml --volume volume.vdb " + more); }
+    Outcome compose(const std::string& more = "")
+    {
+        return run("compose", "scene.toml --boxes boxes -o volume.vdb " + more);
+    }
+    Outcome render(const std::string& more = "-o a.exr")
+    {
+        return run("render", "scene.toml --volume volume.vdb " + more);
+    }
 
-    /// One failure: status 1, a message with all `parts`, and no output under its final name or any other.
-    void expectFailure(const Outcome& outcome, std::initializer_list<const char*> parts, const std::string& output)
+    /// One failure: status 1, a message with all `parts`, and no output under its final name or any
+    /// other.
+    void expectFailure(const Outcome& outcome, std::initializer_list<const char*> parts,
+                       const std::string& output)
     {
         EXPECT_EQ(outcome.status, 1) << outcome.output;
         for (const char* part : parts)
-            EXPECT_NE(outcome.output.find(part), std::string::npos) << "'" << part << "' is not in: " << outcome.output;
+            EXPECT_NE(outcome.output.find(part), std::string::npos)
+                << "'" << part << "' is not in: " << outcome.output;
         EXPECT_FALSE(fs::exists(path(output))) << output;
         for (const auto& entry : fs::recursive_directory_iterator(m_dir))
             EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
@@ -163,7 +177,8 @@ TEST_F(Programs, theSameBytesForAnyNumberOfThreads)
         fs::rename(path("volume.vdb"), path("volume" + t + ".vdb"));
         fs::remove_all(path("boxes"));
     }
-    // A VDB file starts with a random identifier of 36 characters behind its 20 bytes of header; the rest must agree.
+    // A VDB file starts with a random identifier of 36 characters behind its 20 bytes of header;
+    // the rest must agree.
     const auto body = [&](const std::string& name) { return read(name).substr(64); };
     EXPECT_EQ(body("boxes1/tuft_1.vdb"), body("boxes2/tuft_1.vdb"));
     EXPECT_EQ(body("volume1.vdb"), body("volume2.vdb"));
@@ -173,13 +188,15 @@ TEST_F(Programs, theSameBytesForAnyNumberOfThreads)
 
 TEST_F(Programs, helpVersionAndWrongArguments)
 {
-    for (const auto& [program, required] : {std::pair("bake", ""), {"compose", "--boxes boxes "}, {"render", ""}}) {
+    for (const auto& [program, required] :
+         {std::pair("bake", ""), {"compose", "--boxes boxes "}, {"render", ""}}) {
         const Outcome help = run(program, "--help");
         EXPECT_EQ(help.status, 0);
         for (const char* option : {"--quiet", "--threads", "--version", "--stats"})
             EXPECT_NE(help.output.find(option), std::string::npos) << program << option;
         EXPECT_EQ(run(program, "--version").status, 0);
-        const Outcome wrong = run(program, std::string("scene.toml -o x ") + required + "--colour blue");
+        const Outcome wrong =
+            run(program, std::string("scene.toml -o x ") + required + "--colour blue");
         EXPECT_EQ(wrong.status, 2);
         EXPECT_NE(wrong.output.find("--colour"), std::string::npos) << wrong.output;
         EXPECT_EQ(run(program, "").status, 2);
@@ -187,7 +204,10 @@ TEST_F(Programs, helpVersionAndWrongArguments)
     }
 }
 
-TEST_F(Programs, quietSaysNothing) { EXPECT_EQ(run("bake", "scene.toml -o boxes --quiet").output, ""); }
+TEST_F(Programs, quietSaysNothing)
+{
+    EXPECT_EQ(run("bake", "scene.toml -o boxes --quiet").output, "");
+}
 
 TEST_F(Programs, badSceneFiles)
 {
@@ -207,12 +227,16 @@ TEST_F(Programs, badValuesInTheScene)
         const char *from, *to, *expected;
     };
     for (const Case& c :
-         {Case{"radius", "radius = nan", "radius"}, Case{"length", "length = -0.1", "length"}, Case{"count", "count = \"many\"", "count"},
-          Case{"segments", "segmnets = 4", "did you mean 'segments'"}, Case{"variants", "variants = 0", "variants"},
-          Case{"material = \"fur\"", "material = \"far\"", "the name of a material"}, Case{"eye", "eye = [0, 0, 0]", "target"},
-          Case{"direction", "direction = [0, 0, 0]", "not zero"}, Case{"width", "width = 0", "width"},
-          Case{"height", "height = 1e3", "whole number"}, Case{"density", "density = inf", "density"},
-          Case{"eye", "eye = [0, 1]", "three numbers"}, Case{"voxel", "voxel = -1", "voxel"}}) {
+         {Case{"radius", "radius = nan", "radius"}, Case{"length", "length = -0.1", "length"},
+          Case{"count", "count = \"many\"", "count"},
+          Case{"segments", "segmnets = 4", "did you mean 'segments'"},
+          Case{"variants", "variants = 0", "variants"},
+          Case{"material = \"fur\"", "material = \"far\"", "the name of a material"},
+          Case{"eye", "eye = [0, 0, 0]", "target"},
+          Case{"direction", "direction = [0, 0, 0]", "not zero"},
+          Case{"width", "width = 0", "width"}, Case{"height", "height = 1e3", "whole number"},
+          Case{"density", "density = inf", "density"}, Case{"eye", "eye = [0, 1]", "three numbers"},
+          Case{"voxel", "voxel = -1", "voxel"}}) {
         writeSceneWith(c.from, c.to);
         expectFailure(run("bake", "scene.toml -o boxes"), {"scene.toml:", c.expected}, "boxes");
     }
@@ -221,11 +245,15 @@ TEST_F(Programs, badValuesInTheScene)
 TEST_F(Programs, surfacesAreLeftOut)
 {
     ASSERT_EQ(bake().status, 0);
-    expectFailure(compose("--leave-out grund"), {"--leave-out", "(ground)", "'grund'"}, "volume.vdb");
-    writeSceneWith("[[layer]]", "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\n\n[[layer]]\nsurface = \"ground\"");
+    expectFailure(compose("--leave-out grund"), {"--leave-out", "(ground)", "'grund'"},
+                  "volume.vdb");
+    writeSceneWith(
+        "[[layer]]",
+        "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\n\n[[layer]]\nsurface = \"ground\"");
     ASSERT_EQ(compose("--stats with.json").status, 0);
     ASSERT_EQ(compose("--stats without.json --leave-out ground").status, 0);
-    const auto with = nlohmann::json::parse(read("with.json")), without = nlohmann::json::parse(read("without.json"));
+    const auto with = nlohmann::json::parse(read("with.json")),
+               without = nlohmann::json::parse(read("without.json"));
     EXPECT_EQ(with["surfaces"].size(), 2u);
     EXPECT_TRUE(without["surfaces"].contains("wall") && without["surfaces"].size() == 1);
     EXPECT_GT(with["placements"], 10);
@@ -238,8 +266,9 @@ TEST_F(Programs, badMeshes)
     ASSERT_EQ(bake().status, 0);
     fs::remove(path("ground.obj"));
     expectFailure(compose(), {"ground.obj"}, "volume.vdb");
-    for (const char* text : {"", "this is no mesh\n", "v 0 0 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n",
-                             "v 0 0 0\nv 1 0 0\nv 0 0 nan\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n"}) {
+    for (const char* text :
+         {"", "this is no mesh\n", "v 0 0 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n",
+          "v 0 0 0\nv 1 0 0\nv 0 0 nan\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n"}) {
         write("ground.obj", text);
         expectFailure(compose(), {"ground.obj"}, "volume.vdb");
     }
@@ -301,18 +330,24 @@ TEST_F(Programs, aKilledRenderGoesOnToTheSamePixels)
     EXPECT_FALSE(fs::exists(path("whole.png.checkpoint")));
     for (const std::string signal : {"KILL", "TERM"}) {
         const std::string picture = signal + ".png",
-                          command = "cd '" + path("").string() + "'; '" VOLCOMP_BIN "/volcomp-render' " + job + "-o " + picture + " >"
-            + signal + ".txt 2>&1 & pid=$!; for i in $(seq 1000); do [ -f '" + path(picture).string()
+                          command = "cd '" + path("").string()
+            + "'; '" VOLCOMP_BIN "/volcomp-render' " + job + "-o " + picture + " >" + signal
+            + ".txt 2>&1 & pid=$!; for i in $(seq 1000); do [ -f '" + path(picture).string()
             + ".checkpoint' ] && break; sleep 0.01; done; kill -" + signal + " $pid; wait $pid";
-        const int status = std::system(("bash -c \"" + std::regex_replace(command, std::regex("[$]"), "\\$") + "\" 2>/dev/null").c_str());
+        const int status =
+            std::system(("bash -c \"" + std::regex_replace(command, std::regex("[$]"), "\\$")
+                         + "\" 2>/dev/null")
+                            .c_str());
         EXPECT_NE(status, 0) << "not killed in time";
         EXPECT_FALSE(fs::exists(path(picture)));
         ASSERT_TRUE(fs::exists(path(picture + ".checkpoint")));
         if (signal == "TERM") {
-            EXPECT_NE(read("TERM.txt").find("--resume goes on"), std::string::npos) << read("TERM.txt");
+            EXPECT_NE(read("TERM.txt").find("--resume goes on"), std::string::npos)
+                << read("TERM.txt");
         }
 
-        const Outcome other = run("render", "scene.toml --volume volume.vdb --samples 101 --resume -o " + picture);
+        const Outcome other =
+            run("render", "scene.toml --volume volume.vdb --samples 101 --resume -o " + picture);
         expectFailure(other, {"checkpoint", "samples = 101", "100"}, picture);
         const Outcome resumed = run("render", job + "--resume --threads 1 -o " + picture);
         EXPECT_EQ(resumed.status, 0) << resumed.output;
@@ -321,7 +356,8 @@ TEST_F(Programs, aKilledRenderGoesOnToTheSamePixels)
         EXPECT_FALSE(fs::exists(path(picture + ".checkpoint")));
     }
     write("a.png.checkpoint", "no checkpoint");
-    expectFailure(run("render", job + "--resume -o a.png"), {"a.png.checkpoint", "damaged"}, "a.png");
+    expectFailure(run("render", job + "--resume -o a.png"), {"a.png.checkpoint", "damaged"},
+                  "a.png");
 }
 
 // Levels are written once, read from then on, and said to be unfit when the volume is another.
@@ -343,7 +379,8 @@ TEST_F(Programs, levelsOfDetailAreWrittenAndRead)
     ASSERT_EQ(compose().status, 0);
     const Outcome stale = run("render", job + "-o d.png");
     EXPECT_EQ(stale.status, 0);
-    EXPECT_NE(stale.output.find("volume.level1.vdb was made of another volume"), std::string::npos) << stale.output;
+    EXPECT_NE(stale.output.find("volume.level1.vdb was made of another volume"), std::string::npos)
+        << stale.output;
 }
 
 TEST_F(Programs, aPreviewChangesNoPixel)
@@ -360,12 +397,15 @@ TEST_F(Programs, aPreviewChangesNoPixel)
 // The whole matrix on a small picture; the second run measures nothing again and draws the same.
 TEST_F(Programs, theChartIsMeasuredOnceAndDrawn)
 {
-    if (std::system("command -v gnuplot >/dev/null") != 0) GTEST_SKIP() << "gnuplot is not installed";
-    const std::string command = "scene.toml -o chart --width 24 --samples 5 --no-voxels --stats chart.json";
+    if (std::system("command -v gnuplot >/dev/null") != 0)
+        GTEST_SKIP() << "gnuplot is not installed";
+    const std::string command =
+        "scene.toml -o chart --width 24 --samples 5 --no-voxels --stats chart.json";
     const Outcome first = run("chart", command);
     ASSERT_EQ(first.status, 0) << first.output;
     const std::string csv = read("chart/results.csv"), table = read("chart/table.md");
-    for (const char* name : {"\"sweep, 4\"", "\"trilinear, 1\"", "\"riemann, step 1, 4\"", "\"no shadows, 4\"", "\"exact, box\""})
+    for (const char* name : {"\"sweep, 4\"", "\"trilinear, 1\"", "\"riemann, step 1, 4\"",
+                             "\"no shadows, 4\"", "\"exact, box\""})
         EXPECT_NE(csv.find(name), std::string::npos) << name;
     EXPECT_NE(table.find("| 0.1 |"), std::string::npos) << table;
     EXPECT_EQ(read("chart/chart.png").substr(1, 3), "PNG");
@@ -373,14 +413,16 @@ TEST_F(Programs, theChartIsMeasuredOnceAndDrawn)
     // Against itself with the same rays a method has no error but the cutoff's.
     std::smatch found;
     const std::string row = csv.substr(csv.find("radiance,\"trilinear, cutoff 0, 4\""));
-    ASSERT_TRUE(std::regex_search(row, found, std::regex("^radiance,\"[^\"]*\",\"[^\"]*\",[0-9.]+,([^,]+),([^,]+),")));
+    ASSERT_TRUE(std::regex_search(
+        row, found, std::regex("^radiance,\"[^\"]*\",\"[^\"]*\",[0-9.]+,([^,]+),([^,]+),")));
     EXPECT_LT(std::stod(found[2]), 1e-4);
     EXPECT_GT(std::stod(found[1]), 1e-3);
 
     const Outcome second = run("chart", command);
     ASSERT_EQ(second.status, 0) << second.output;
     EXPECT_EQ(read("chart/results.csv"), csv);
-    EXPECT_EQ(nlohmann::json::parse(read("chart.json"))["stages"].size(), 1u) << second.output; // drawing
+    EXPECT_EQ(nlohmann::json::parse(read("chart.json"))["stages"].size(), 1u)
+        << second.output; // drawing
 }
 
 TEST_F(Programs, aForeignVolumeIsRendered)
@@ -397,7 +439,8 @@ TEST_F(Programs, aForeignVolumeIsRendered)
             std::string(
                 "[camera]\neye = [0, 1.5, 2]\ntarget = [0, 0, 0]\n[[light]]\ndirection = [-1, -2, -1]\n[render]\nwidth = 32\nheight = 24\nundirected = \"")
                 + undirected + "\"\n");
-        const Outcome outcome = run("render", "plain.toml --volume volume.vdb -o " + std::string(undirected) + ".exr");
+        const Outcome outcome =
+            run("render", "plain.toml --volume volume.vdb -o " + std::string(undirected) + ".exr");
         EXPECT_EQ(outcome.status, 0) << outcome.output;
         EXPECT_TRUE(fs::exists(path(std::string(undirected) + ".exr")));
     }

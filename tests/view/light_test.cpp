@@ -20,15 +20,19 @@ Light lamp(LightKind kind)
     return light;
 }
 
-/// The light's weight summed over a sphere of radius r around it: what it emits, in units of its strength.
+/// The light's weight summed over a sphere of radius r around it: what it emits, in units of its
+/// strength.
 double emitted(const Light& light, double r)
 {
     constexpr int kAcross = 400;
     double sum = 0;
     for (int i = 0; i < kAcross; ++i)
         for (int j = 0; j < 2 * kAcross; ++j) {
-            const double z = (i + 0.5) * 2 / kAcross - 1, s = std::sqrt(1 - z * z), a = (j + 0.5) * kPi / kAcross;
-            sum += illuminate(light, light.position + r * Vec3d(s * std::cos(a), s * std::sin(a), z), 1e-3).weight;
+            const double z = (i + 0.5) * 2 / kAcross - 1, s = std::sqrt(1 - z * z),
+                         a = (j + 0.5) * kPi / kAcross;
+            sum += illuminate(light,
+                              light.position + r * Vec3d(s * std::cos(a), s * std::sin(a), z), 1e-3)
+                       .weight;
         }
     return sum * 4 * kPi * r * r / (kAcross * 2 * kAcross);
 }
@@ -42,12 +46,15 @@ TEST(Light, EmitsTheSameThroughEverySphereAroundIt)
     spot.soft_angle = 0;
     for (const double r : {0.1, 1.0, 30.0}) {
         EXPECT_NEAR(emitted(lamp(LightKind::point), r), 4 * kPi, 1e-9) << r;
-        EXPECT_NEAR(emitted(lamp(LightKind::patch), r), kPi, 1e-4) << r;         // the integral of the cosine over the half space
-        EXPECT_NEAR(emitted(spot, r), 2 * kPi * (1 - std::cos(0.7)), 3e-3) << r; // the cone's solid angle
+        EXPECT_NEAR(emitted(lamp(LightKind::patch), r), kPi, 1e-4)
+            << r; // the integral of the cosine over the half space
+        EXPECT_NEAR(emitted(spot, r), 2 * kPi * (1 - std::cos(0.7)), 3e-3)
+            << r; // the cone's solid angle
     }
 }
 
-// What arrives comes from the light: the way and the distance lead back to it, and a sun is the same everywhere.
+// What arrives comes from the light: the way and the distance lead back to it, and a sun is the
+// same everywhere.
 TEST(Light, TheWayLeadsToTheLight)
 {
     const Vec3d p(4, -1, 0.5);
@@ -71,7 +78,8 @@ TEST(Light, ASpotsBorderIsASmoothstep)
     spot.angle = 0.5;
     spot.soft_angle = 0.2;
     const auto at = [&](double angle) {
-        return illuminate(spot, spot.position + Vec3d(std::sin(angle), -std::cos(angle), 0), 1e-3).weight;
+        return illuminate(spot, spot.position + Vec3d(std::sin(angle), -std::cos(angle), 0), 1e-3)
+            .weight;
     };
     EXPECT_DOUBLE_EQ(at(0.29), 1);
     EXPECT_NEAR(at(0.35), 27.0 / 32, 1e-12); // 3 x^2 - 2 x^3 at 3/4, 1/2, 1/4
@@ -85,7 +93,8 @@ TEST(Light, ASpotsBorderIsASmoothstep)
     Random random(1);
     for (int i = 0; i < 1000; ++i) {
         spot.direction = Vec3d(random.normal(), random.normal(), random.normal()).unit();
-        EXPECT_NEAR(illuminate(spot, spot.position + 2.0 * spot.direction, 1e-3).weight, 0.25, 1e-6) << spot.direction;
+        EXPECT_NEAR(illuminate(spot, spot.position + 2.0 * spot.direction, 1e-3).weight, 0.25, 1e-6)
+            << spot.direction;
     }
 }
 

@@ -23,7 +23,9 @@ protected:
     void SetUp() override
     {
         openvdb::initialize();
-        m_dir = fs::path(testing::TempDir()) / ("vdb_io_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        m_dir = fs::path(testing::TempDir())
+            / ("vdb_io_"
+               + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
         fs::remove_all(m_dir);
         fs::create_directories(m_dir);
     }
@@ -42,13 +44,15 @@ protected:
         p.direction = Vec3SGrid::create(openvdb::Vec3s(0));
         p.colour = Vec3SGrid::create(openvdb::Vec3s(0));
         const auto transform = openvdb::math::Transform::createLinearTransform(0.25);
-        for (openvdb::GridBase* g : {static_cast<openvdb::GridBase*>(p.density.get()), static_cast<openvdb::GridBase*>(p.direction.get()),
+        for (openvdb::GridBase* g : {static_cast<openvdb::GridBase*>(p.density.get()),
+                                     static_cast<openvdb::GridBase*>(p.direction.get()),
                                      static_cast<openvdb::GridBase*>(p.colour.get())})
             g->setTransform(transform);
         for (int i = 0; i < 300; ++i) {
             const Coord at(int(rng() % 40) - 20, int(rng() % 40) - 20, int(rng() % 40) - 20);
             p.density->tree().setValue(at, 10 * uniform(rng));
-            p.direction->tree().setValue(at, openvdb::Vec3s(uniform(rng), uniform(rng), uniform(rng)).unit() * uniform(rng));
+            p.direction->tree().setValue(
+                at, openvdb::Vec3s(uniform(rng), uniform(rng), uniform(rng)).unit() * uniform(rng));
             p.colour->tree().setValue(at, {uniform(rng), uniform(rng), uniform(rng)});
         }
         return p;
@@ -62,8 +66,11 @@ protected:
         for (auto v = a.density->cbeginValueOn(); v; ++v) {
             const Coord at = v.getCoord();
             EXPECT_NEAR(*v, b.density->tree().getValue(at), *v / 2048);
-            EXPECT_LT((a.direction->tree().getValue(at) - b.direction->tree().getValue(at)).length(), 1e-3);
-            EXPECT_LT((a.colour->tree().getValue(at) - b.colour->tree().getValue(at)).length(), 1e-3);
+            EXPECT_LT(
+                (a.direction->tree().getValue(at) - b.direction->tree().getValue(at)).length(),
+                1e-3);
+            EXPECT_LT((a.colour->tree().getValue(at) - b.colour->tree().getValue(at)).length(),
+                      1e-3);
         }
     }
 
@@ -99,7 +106,8 @@ TEST_F(VdbIo, oneMaterialHasThePlainNames)
 
     openvdb::io::File file(path("a.vdb").string());
     file.open();
-    const auto tangent = file.readGrid("tangentu"), colour = file.readGrid("Cd"), density = file.readGrid("density");
+    const auto tangent = file.readGrid("tangentu"), colour = file.readGrid("Cd"),
+               density = file.readGrid("density");
     EXPECT_EQ(density->getGridClass(), openvdb::GRID_FOG_VOLUME);
     EXPECT_EQ(tangent->getVectorType(), openvdb::VEC_CONTRAVARIANT_RELATIVE);
     EXPECT_EQ(colour->getVectorType(), openvdb::VEC_INVARIANT);
@@ -110,7 +118,8 @@ TEST_F(VdbIo, oneMaterialHasThePlainNames)
 std::string bytesOf(const openvdb::GridBase& grid)
 {
     std::ostringstream out;
-    openvdb::io::setDataCompression(out, openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+    openvdb::io::setDataCompression(
+        out, openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
     grid.writeTopology(out);
     grid.writeBuffers(out);
     return out.str();
@@ -122,11 +131,13 @@ TEST_F(VdbIo, packedVoxelsAreTheBytesThatOpenVdbWrites)
     p.density->tree().setValue(Coord(5000, -9000, 130), 3.0f); // other nodes of the tree
     p.density->tree().setValue(Coord(-5000, 20, 700), 4.0f);
     p.density->tree().setValue(Coord(-4999, 20, 1), 5.0f);
-    for (openvdb::Vec3SGrid* g : {p.direction.get(), p.colour.get()}) g->tree().topologyUnion(p.density->tree());
+    for (openvdb::Vec3SGrid* g : {p.direction.get(), p.colour.get()})
+        g->tree().topologyUnion(p.density->tree());
     writeVolume(path("a.vdb"), {{p}});
     std::ifstream in(path("a.vdb"), std::ios::binary);
     const std::string file((std::istreambuf_iterator<char>(in)), {});
-    for (openvdb::GridBase* g : {static_cast<openvdb::GridBase*>(p.density.get()), static_cast<openvdb::GridBase*>(p.direction.get()),
+    for (openvdb::GridBase* g : {static_cast<openvdb::GridBase*>(p.density.get()),
+                                 static_cast<openvdb::GridBase*>(p.direction.get()),
                                  static_cast<openvdb::GridBase*>(p.colour.get())}) {
         g->setSaveFloatAsHalf(true);
         EXPECT_NE(file.find(bytesOf(*g)), std::string::npos);
@@ -134,7 +145,8 @@ TEST_F(VdbIo, packedVoxelsAreTheBytesThatOpenVdbWrites)
     openvdb::io::File opened(path("a.vdb").string());
     opened.open(false);
     const auto grid = opened.readGridMetadata("tangentu");
-    EXPECT_EQ(grid->metaValue<openvdb::Int64>("file_voxel_count"), openvdb::Int64(p.density->activeVoxelCount()));
+    EXPECT_EQ(grid->metaValue<openvdb::Int64>("file_voxel_count"),
+              openvdb::Int64(p.density->activeVoxelCount()));
     const openvdb::CoordBBox box = p.density->evalActiveVoxelBoundingBox();
     EXPECT_EQ(grid->metaValue<openvdb::Vec3i>("file_bbox_min"), box.min().asVec3i());
     EXPECT_EQ(grid->metaValue<openvdb::Vec3i>("file_bbox_max"), box.max().asVec3i());
@@ -142,21 +154,26 @@ TEST_F(VdbIo, packedVoxelsAreTheBytesThatOpenVdbWrites)
 
 TEST_F(VdbIo, packedAndUnpackedIsTheSame)
 {
-    const Volume volume{{part("bark", MaterialKind::surface, 8), part("leaf", MaterialKind::surface, 9)}};
+    const Volume volume{
+        {part("bark", MaterialKind::surface, 8), part("leaf", MaterialKind::surface, 9)}};
     const PackedVolume packed = pack(volume);
-    EXPECT_EQ(packed.voxels(), volume.parts[0].density->activeVoxelCount() + volume.parts[1].density->activeVoxelCount());
+    EXPECT_EQ(packed.voxels(),
+              volume.parts[0].density->activeVoxelCount()
+                  + volume.parts[1].density->activeVoxelCount());
     const Volume back = unpack(packed);
     ASSERT_EQ(back.parts.size(), 2u);
     for (int i = 0; i < 2; ++i) {
         expectSame(volume.parts[i], back.parts[i]);
-        for (auto v = volume.parts[i].density->cbeginValueOn(); v; ++v) EXPECT_EQ(back.parts[i].density->tree().getValue(v.getCoord()), *v);
+        for (auto v = volume.parts[i].density->cbeginValueOn(); v; ++v)
+            EXPECT_EQ(back.parts[i].density->tree().getValue(v.getCoord()), *v);
     }
     EXPECT_DOUBLE_EQ(back.voxelSize(), 0.25);
 }
 
 TEST_F(VdbIo, severalMaterialsKeepTheirGridsAndSumForOthers)
 {
-    const Volume volume{{part("bark", MaterialKind::surface, 2), part("leaf", MaterialKind::surface, 3)}};
+    const Volume volume{
+        {part("bark", MaterialKind::surface, 2), part("leaf", MaterialKind::surface, 3)}};
     writeVolume(path("a.vdb"), volume);
     const Volume back = readVolume(path("a.vdb"));
     ASSERT_EQ(back.parts.size(), 2u);
@@ -167,8 +184,8 @@ TEST_F(VdbIo, severalMaterialsKeepTheirGridsAndSumForOthers)
     file.open();
     const auto sum = openvdb::gridPtrCast<FloatGrid>(file.readGrid("density"));
     for (auto v = sum->cbeginValueOn(); v; ++v) {
-        const float wanted =
-            volume.parts[0].density->tree().getValue(v.getCoord()) + volume.parts[1].density->tree().getValue(v.getCoord());
+        const float wanted = volume.parts[0].density->tree().getValue(v.getCoord())
+            + volume.parts[1].density->tree().getValue(v.getCoord());
         EXPECT_NEAR(*v, wanted, wanted / 2000);
     }
 }
@@ -189,7 +206,8 @@ TEST_F(VdbIo, oneValueEverywhereIsNoGrid)
     EXPECT_FALSE(back.parts[0].colour);
     EXPECT_EQ(back.parts[0].uniform_colour, Vec3f(0.5f, 0.25f, 0.125f));
     ASSERT_TRUE(back.parts[0].direction);
-    for (auto v = p.density->cbeginValueOn(); v; ++v) EXPECT_EQ(back.parts[0].direction->tree().getValue(v.getCoord()), up);
+    for (auto v = p.density->cbeginValueOn(); v; ++v)
+        EXPECT_EQ(back.parts[0].direction->tree().getValue(v.getCoord()), up);
 }
 
 TEST_F(VdbIo, densityBeyondHalfFloatsIsKept)
@@ -238,8 +256,10 @@ TEST_F(VdbIo, everyTruncationIsAnError)
         fs::copy_file(path("whole.vdb"), path("cut.vdb"), fs::copy_options::overwrite_existing);
         fs::resize_file(path("cut.vdb"), length);
         const std::string message = messageOf([&] { readVolume(path("cut.vdb")); });
-        EXPECT_NE(message.find("cut.vdb"), std::string::npos) << "cut at " << length << " of " << size << ": " << message;
-        EXPECT_NE(messageOf([&] { readVoxelTree(path("cut.vdb")); }).find("cut.vdb"), std::string::npos)
+        EXPECT_NE(message.find("cut.vdb"), std::string::npos)
+            << "cut at " << length << " of " << size << ": " << message;
+        EXPECT_NE(messageOf([&] { readVoxelTree(path("cut.vdb")); }).find("cut.vdb"),
+                  std::string::npos)
             << "cut at " << length << " of " << size;
     }
 }
@@ -259,12 +279,14 @@ TEST_F(VdbIo, badGridsAreNamed)
     auto vectors = Vec3SGrid::create(openvdb::Vec3s(0));
     vectors->setName("density");
     writeGrids(path("type.vdb"), {vectors});
-    EXPECT_NE(messageOf([&] { readVolume(path("type.vdb")); }).find("type Tree_float"), std::string::npos);
+    EXPECT_NE(messageOf([&] { readVolume(path("type.vdb")); }).find("type Tree_float"),
+              std::string::npos);
 
     auto grid = FloatGrid::create(0.0f);
     grid->setName("fog");
     writeGrids(path("name.vdb"), {grid});
-    EXPECT_NE(messageOf([&] { readVolume(path("name.vdb")); }).find("grids fog"), std::string::npos);
+    EXPECT_NE(messageOf([&] { readVolume(path("name.vdb")); }).find("grids fog"),
+              std::string::npos);
 
     for (const float bad : {-1.0f, NAN, INFINITY}) {
         auto density = FloatGrid::create(0.0f);
@@ -272,22 +294,27 @@ TEST_F(VdbIo, badGridsAreNamed)
         density->tree().setValue(Coord(1, 2, 3), 1.0f);
         density->tree().setValue(Coord(4, 5, 6), bad);
         writeGrids(path("bad.vdb"), {density});
-        EXPECT_NE(messageOf([&] { readVolume(path("bad.vdb")); }).find("voxel (4, 5, 6)"), std::string::npos) << bad;
+        EXPECT_NE(messageOf([&] { readVolume(path("bad.vdb")); }).find("voxel (4, 5, 6)"),
+                  std::string::npos)
+            << bad;
         const std::string message = messageOf([&] { readVoxelTree(path("bad.vdb")); });
-        EXPECT_NE(message.find("bad.vdb: grid 'density', voxel (4, 5, 6)"), std::string::npos) << message;
+        EXPECT_NE(message.find("bad.vdb: grid 'density', voxel (4, 5, 6)"), std::string::npos)
+            << message;
     }
 
     auto stretched = FloatGrid::create(0.0f);
     stretched->setName("density");
-    stretched->setTransform(
-        openvdb::math::Transform::createLinearTransform(openvdb::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
+    stretched->setTransform(openvdb::math::Transform::createLinearTransform(
+        openvdb::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
     writeGrids(path("stretched.vdb"), {stretched});
-    EXPECT_NE(messageOf([&] { readVolume(path("stretched.vdb")); }).find("cubic voxels"), std::string::npos);
+    EXPECT_NE(messageOf([&] { readVolume(path("stretched.vdb")); }).find("cubic voxels"),
+              std::string::npos);
 }
 
 TEST_F(VdbIo, namesTheColourAsBlenderDoes)
 {
-    VolumePart bark = part("bark", MaterialKind::surface, 2), fur = part("fur", MaterialKind::fibre, 4);
+    VolumePart bark = part("bark", MaterialKind::surface, 2),
+               fur = part("fur", MaterialKind::fibre, 4);
     for (const bool several : {false, true}) {
         const Volume volume = several ? Volume{{bark, fur}} : Volume{{fur}};
         writeVolume(path("blender.vdb"), volume, {}, GridNames::blender);
@@ -300,7 +327,8 @@ TEST_F(VdbIo, namesTheColourAsBlenderDoes)
         for (std::size_t p = 0; p < a.parts.size(); ++p) {
             ASSERT_TRUE(a.parts[p].colour);
             ASSERT_GT(a.parts[p].colour->activeVoxelCount(), 0u);
-            for (auto v = b.parts[p].colour->cbeginValueOn(); v; ++v) ASSERT_EQ(a.parts[p].colour->tree().getValue(v.getCoord()), *v);
+            for (auto v = b.parts[p].colour->cbeginValueOn(); v; ++v)
+                ASSERT_EQ(a.parts[p].colour->tree().getValue(v.getCoord()), *v);
         }
     }
 }
@@ -308,9 +336,11 @@ TEST_F(VdbIo, namesTheColourAsBlenderDoes)
 // Leaf by leaf from the file, the tree is the one that the whole volume makes.
 TEST_F(VdbIo, treesAreReadAsVolumesAre)
 {
-    VolumePart leaf = part("leaf", MaterialKind::surface, 3), up = part("up", MaterialKind::fibre, 4);
-    for (auto v = up.direction->beginValueOn(); v; ++v) v.setValue({0, 0.75f, 0}); // no grid in the file
-    leaf.density->fill(openvdb::CoordBBox(Coord(128), Coord(159)), 2.0f);          // tiles
+    VolumePart leaf = part("leaf", MaterialKind::surface, 3),
+               up = part("up", MaterialKind::fibre, 4);
+    for (auto v = up.direction->beginValueOn(); v; ++v)
+        v.setValue({0, 0.75f, 0});                                        // no grid in the file
+    leaf.density->fill(openvdb::CoordBBox(Coord(128), Coord(159)), 2.0f); // tiles
     writeVolume(path("a.vdb"), {{part("bark", MaterialKind::surface, 2), leaf, up}});
     const VoxelTree expected(readVolume(path("a.vdb"))), tree = readVoxelTree(path("a.vdb"));
     ASSERT_EQ(tree.parts().size(), 3u);

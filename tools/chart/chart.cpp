@@ -11,7 +11,8 @@ namespace volcomp {
 namespace {
 
 constexpr double kFont = 13, kCharacter = 0.57 * kFont, kLine = 1.2 * kFont; // pixels
-constexpr const char* kColours[] = {"#0b5fa5", "#c8442c", "#2e8540", "#8a4bae", "#b07a00", "#4d4d4d", "#108a8a", "#d16ba5"};
+constexpr const char* kColours[] = {"#0b5fa5", "#c8442c", "#2e8540", "#8a4bae",
+                                    "#b07a00", "#4d4d4d", "#108a8a", "#d16ba5"};
 
 struct Range {
     double low = std::numeric_limits<double>::max(), high = 0;
@@ -30,11 +31,15 @@ struct Range {
     double at(double v) const { return std::log(v / low) / std::log(high / low); }
 };
 
-bool drawable(const ChartPoint& p) { return p.x > 0 && p.y > 0 && std::isfinite(p.x) && std::isfinite(p.y); }
+bool drawable(const ChartPoint& p)
+{
+    return p.x > 0 && p.y > 0 && std::isfinite(p.x) && std::isfinite(p.y);
+}
 
 std::size_t characters(const std::string& utf8)
 {
-    return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+    return static_cast<std::size_t>(
+        std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
 std::string literal(const std::string& text)
@@ -57,48 +62,60 @@ void appendTics(std::string& script, const std::string& axis, const Range& r)
     const double decades = std::log10(r.high / r.low);
     script += fmt::format("set format {} {}\n", axis, decades > 2.5 ? "'10^{%T}'" : "'%g'");
     if (decades > 2.5) {
-        script += fmt::format("set {}tics autofreq\nset {}tics {}\n", axis, axis, decades > 7 ? 100 : 10);
+        script +=
+            fmt::format("set {}tics autofreq\nset {}tics {}\n", axis, axis, decades > 7 ? 100 : 10);
         return;
     }
     std::string list;
     for (int k = int(std::floor(std::log10(r.low))); k <= std::log10(r.high); ++k)
-        for (const double m : decades > 1.5 ? std::vector<double>{1, 3} : std::vector<double>{1, 2, 3, 5, 7})
+        for (const double m :
+             decades > 1.5 ? std::vector<double>{1, 3} : std::vector<double>{1, 2, 3, 5, 7})
             list += fmt::format("{}{:g}", list.empty() ? "" : ", ", m * std::pow(10, k));
     script += fmt::format("set {}tics ({})\n", axis, list);
 }
 
-void appendNames(std::string& script, const ChartPanel& panel, const Range& x, const Range& y, int width, int height)
+void appendNames(std::string& script, const ChartPanel& panel, const Range& x, const Range& y,
+                 int width, int height)
 {
-    const LabelBox frame{panel.place[0] * width, panel.place[1] * height, panel.place[2] * width, panel.place[3] * height};
+    const LabelBox frame{panel.place[0] * width, panel.place[1] * height, panel.place[2] * width,
+                         panel.place[3] * height};
     std::vector<std::array<double, 2>> marks;
     std::vector<std::string> names, colours;
     for (std::size_t s = 0; s < panel.series.size(); ++s)
         for (const ChartPoint& p : panel.series[s].points) {
             if (!drawable(p) || panel.series[s].right) continue;
-            marks.push_back({frame.x + x.at(p.x) * frame.width, frame.y + (1 - y.at(p.y)) * frame.height});
+            marks.push_back(
+                {frame.x + x.at(p.x) * frame.width, frame.y + (1 - y.at(p.y)) * frame.height});
             names.push_back(p.name);
             colours.push_back(kColours[s % std::size(kColours)]);
         }
     const std::vector<LabelBox> boxes = placeLabels(marks, names, frame, kCharacter, kLine);
-    const auto screen = [&](double px, double py) { return fmt::format("screen {:.5f}, screen {:.5f}", px / width, 1 - py / height); };
+    const auto screen = [&](double px, double py) {
+        return fmt::format("screen {:.5f}, screen {:.5f}", px / width, 1 - py / height);
+    };
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         if (names[i].empty()) continue;
         const LabelBox& b = boxes[i];
-        const double share = marks[i][0] < b.x ? 0 : marks[i][0] > b.x + b.width ? 1 : 0.5; // the side towards the point is kept
-        script += fmt::format("set label {} at {} {} front noenhanced tc rgb '{}'\n", literal(names[i]),
-                              screen(b.x + share * b.width, b.y + 0.5 * b.height),
-                              share == 0       ? "left"
-                                  : share == 1 ? "right"
-                                               : "center",
-                              colours[i]);
-        const double to_x = std::clamp(marks[i][0], b.x, b.x + b.width), to_y = std::clamp(marks[i][1], b.y, b.y + b.height);
+        const double share = marks[i][0] < b.x ? 0
+            : marks[i][0] > b.x + b.width      ? 1
+                                               : 0.5; // the side towards the point is kept
+        script +=
+            fmt::format("set label {} at {} {} front noenhanced tc rgb '{}'\n", literal(names[i]),
+                        screen(b.x + share * b.width, b.y + 0.5 * b.height),
+                        share == 0       ? "left"
+                            : share == 1 ? "right"
+                                         : "center",
+                        colours[i]);
+        const double to_x = std::clamp(marks[i][0], b.x, b.x + b.width),
+                     to_y = std::clamp(marks[i][1], b.y, b.y + b.height);
         if (std::hypot(to_x - marks[i][0], to_y - marks[i][1]) > 10)
-            script += fmt::format("set arrow from {} to {} nohead front lw 1 lc rgb '#999999'\n", screen(marks[i][0], marks[i][1]),
-                                  screen(to_x, to_y));
+            script += fmt::format("set arrow from {} to {} nohead front lw 1 lc rgb '#999999'\n",
+                                  screen(marks[i][0], marks[i][1]), screen(to_x, to_y));
     }
 }
 
-void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index, int width, int height)
+void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index, int width,
+                 int height)
 {
     Range x, y, right;
     std::vector<ChartPoint> all;
@@ -116,19 +133,24 @@ void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index
     script += fmt::format(
         "unset label\nunset arrow\nset lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n",
         left, left + w, 1 - top, 1 - top - h);
-    script += fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n", literal(panel.title),
-                          literal(panel.x_label), literal(panel.y_label));
-    script += fmt::format("set xrange [{:g}:{:g}]\nset yrange [{:g}:{:g}]\n", x.low, x.high, y.low, y.high);
+    script +=
+        fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
+                    literal(panel.title), literal(panel.x_label), literal(panel.y_label));
+    script += fmt::format("set xrange [{:g}:{:g}]\nset yrange [{:g}:{:g}]\n", x.low, x.high, y.low,
+                          y.high);
     appendTics(script, "x", x);
     appendTics(script, "y", y);
     script += fmt::format("set key {}\n", panel.key);
     if (panel.right_label.empty()) script += "unset y2tics\nunset y2label\nset ytics mirror\n";
     else
-        script += fmt::format("set ytics nomirror\nset y2label {} noenhanced\nset y2range [{:g}:{:g}]\n", literal(panel.right_label),
-                              right.low, right.high),
+        script +=
+            fmt::format("set ytics nomirror\nset y2label {} noenhanced\nset y2range [{:g}:{:g}]\n",
+                        literal(panel.right_label), right.low, right.high),
             appendTics(script, "y2", right);
     std::string plots;
-    const auto add = [&](const std::string& plot) { plots += (plots.empty() ? "plot " : ", \\\n  ") + plot; };
+    const auto add = [&](const std::string& plot) {
+        plots += (plots.empty() ? "plot " : ", \\\n  ") + plot;
+    };
     const auto data = [&](const std::string& name, const std::vector<ChartPoint>& points) {
         script += fmt::format("${} << END\n", name);
         for (const ChartPoint& p : points)
@@ -140,7 +162,8 @@ void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index
         for (const std::size_t i : paretoFront(all)) front.push_back(all[i]);
         const std::string name = fmt::format("front{}", index);
         data(name, front);
-        add(fmt::format("${} using 1:2 with lines lw 5 lc rgb '#e4e4e4' title 'Pareto front'", name));
+        add(fmt::format("${} using 1:2 with lines lw 5 lc rgb '#e4e4e4' title 'Pareto front'",
+                        name));
     }
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
         const ChartSeries& series = panel.series[s];
@@ -148,12 +171,14 @@ void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index
         const std::string name = fmt::format("points{}_{}", index, s);
         data(name, series.points);
         const bool markers = !series.line || series.points.size() < 20;
-        add(fmt::format("${} using 1:2 {} with {} {} lw 2 lc rgb '{}' {}", name, series.right ? "axes x1y2" : "",
+        add(fmt::format("${} using 1:2 {} with {} {} lw 2 lc rgb '{}' {}", name,
+                        series.right ? "axes x1y2" : "",
                         !series.line  ? "points"
                             : markers ? "linespoints"
                                       : "lines",
                         markers ? "pt 7 ps 0.9" : "", kColours[s % std::size(kColours)],
-                        series.name.empty() ? "notitle" : "title " + literal(series.name) + " noenhanced"));
+                        series.name.empty() ? "notitle"
+                                            : "title " + literal(series.name) + " noenhanced"));
     }
     appendNames(script, panel, x, y, width, height);
     script += plots.empty() ? "plot NaN notitle\n" : plots + "\n";
@@ -166,7 +191,8 @@ std::vector<std::size_t> paretoFront(const std::vector<ChartPoint>& points)
     std::vector<std::size_t> order(points.size()), front;
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return points[a].x < points[b].x || (points[a].x == points[b].x && points[a].y < points[b].y);
+        return points[a].x < points[b].x
+            || (points[a].x == points[b].x && points[a].y < points[b].y);
     });
     for (const std::size_t i : order)
         if (front.empty() || points[i].y < points[front.back()].y) front.push_back(i);
@@ -177,12 +203,14 @@ int cheapestWithin(const std::vector<ChartPoint>& points, double limit)
 {
     int best = -1;
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (points[i].y <= limit && (best < 0 || points[i].x < points[best].x)) best = static_cast<int>(i);
+        if (points[i].y <= limit && (best < 0 || points[i].x < points[best].x))
+            best = static_cast<int>(i);
     return best;
 }
 
-std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& marks, const std::vector<std::string>& names,
-                                  const LabelBox& frame, double character_width, double line_height)
+std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& marks,
+                                  const std::vector<std::string>& names, const LabelBox& frame,
+                                  double character_width, double line_height)
 {
     constexpr double kMark = 5; // half the size of a point, pixels
     std::vector<LabelBox> boxes(marks.size());
@@ -193,15 +221,22 @@ std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& mark
         double least = std::numeric_limits<double>::max();
         for (const double gap : {7.0, 14.0, 24.0, 36.0, 52.0, 70.0})
             for (int turn = 0; turn < 16; ++turn) {
-                const double angle = turn * 2 * 3.14159265358979323846 / 16, dx = std::cos(angle), dy = std::sin(angle);
-                const auto from = [&](double d, double size) { return d > 0.3 ? 0 : d < -0.3 ? -size : -0.5 * size; };
+                const double angle = turn * 2 * 3.14159265358979323846 / 16, dx = std::cos(angle),
+                             dy = std::sin(angle);
+                const auto from = [&](double d, double size) {
+                    return d > 0.3 ? 0 : d < -0.3 ? -size : -0.5 * size;
+                };
                 const LabelBox box{
-                    std::clamp(marks[i][0] + gap * dx + from(dx, w), frame.x + 2, std::max(frame.x + 2, frame.x + frame.width - w - 2)),
-                    std::clamp(marks[i][1] + gap * dy + from(dy, h), frame.y + 2, std::max(frame.y + 2, frame.y + frame.height - h - 2)), w,
-                    h};
+                    std::clamp(marks[i][0] + gap * dx + from(dx, w), frame.x + 2,
+                               std::max(frame.x + 2, frame.x + frame.width - w - 2)),
+                    std::clamp(marks[i][1] + gap * dy + from(dy, h), frame.y + 2,
+                               std::max(frame.y + 2, frame.y + frame.height - h - 2)),
+                    w, h};
                 double cost = 0.6 * gap;
                 for (std::size_t k = 0; k < i; ++k) cost += 3 * overlap(box, boxes[k]);
-                for (const auto& mark : marks) cost += 3 * overlap(box, {mark[0] - kMark, mark[1] - kMark, 2 * kMark, 2 * kMark});
+                for (const auto& mark : marks)
+                    cost +=
+                        3 * overlap(box, {mark[0] - kMark, mark[1] - kMark, 2 * kMark, 2 * kMark});
                 if (cost < least) {
                     least = cost;
                     boxes[i] = box;
@@ -211,17 +246,21 @@ std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& mark
     return boxes;
 }
 
-std::string gnuplotScript(const std::vector<ChartPanel>& panels, int width, int height, const std::string& output)
+std::string gnuplotScript(const std::vector<ChartPanel>& panels, int width, int height,
+                          const std::string& output)
 {
     const bool svg = output.size() > 4 && output.compare(output.size() - 4, 4, ".svg") == 0;
     std::string script = svg
-        ? fmt::format("set terminal svg size {},{} font 'DejaVu Sans,{}' background 'white'\n", width, height, kFont)
-        : fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}' background 'white'\n", width, height, 0.77 * kFont);
+        ? fmt::format("set terminal svg size {},{} font 'DejaVu Sans,{}' background 'white'\n",
+                      width, height, kFont)
+        : fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}' background 'white'\n",
+                      width, height, 0.77 * kFont);
     script += fmt::format("set output {}\n", literal(output));
     script +=
         "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
         "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\nset tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";
-    for (std::size_t i = 0; i < panels.size(); ++i) appendPanel(script, panels[i], i, width, height);
+    for (std::size_t i = 0; i < panels.size(); ++i)
+        appendPanel(script, panels[i], i, width, height);
     return script + "unset multiplot\nset output\n";
 }
 

@@ -24,7 +24,8 @@ using nlohmann::json;
 
 std::uint64_t hashText(std::uint64_t hash, const std::string& text)
 {
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL; // FNV-1a
+    for (const char c : text)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL; // FNV-1a
     return mix64(hash);
 }
 
@@ -43,9 +44,11 @@ std::uint64_t hashFiles(const fs::path& file, std::set<fs::path>& seen)
     if (file.extension() != ".toml") return hash;
     static const std::regex quoted("\"([^\"\n]+)\"|'([^'\n]+)'");
     for (std::sregex_iterator m(text.begin(), text.end(), quoted), end; m != end; ++m) {
-        const fs::path named = file.parent_path() / ((*m)[1].matched ? (*m)[1].str() : (*m)[2].str());
+        const fs::path named =
+            file.parent_path() / ((*m)[1].matched ? (*m)[1].str() : (*m)[2].str());
         std::error_code code;
-        if (fs::is_regular_file(named, code)) hash = hashKey(hash, hashFiles(fs::canonical(named, code), seen));
+        if (fs::is_regular_file(named, code))
+            hash = hashKey(hash, hashFiles(fs::canonical(named, code), seen));
     }
     return hash;
 }
@@ -56,7 +59,8 @@ double cpuSeconds()
 {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)
+        + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
 void writeJson(const fs::path& file, const json& value)
@@ -64,7 +68,8 @@ void writeJson(const fs::path& file, const json& value)
     writeAtomically(file, [&](const fs::path& temporary) {
         std::ofstream stream(temporary);
         stream << value.dump(2) << '\n';
-        if (!stream.flush()) throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+        if (!stream.flush())
+            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 
@@ -77,8 +82,10 @@ json readJson(const fs::path& file)
 
 } // namespace
 
-ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out, fs::path directory)
-    : m_tool(tool), m_scene(scene), m_leave_out(std::move(leave_out)), m_directory(std::move(directory))
+ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out,
+                       fs::path directory)
+    : m_tool(tool), m_scene(scene), m_leave_out(std::move(leave_out)),
+      m_directory(std::move(directory))
 {
     std::set<fs::path> seen;
     m_scene_key = {hex(hashFiles(fs::canonical(scene.file), seen)), m_leave_out};
@@ -94,8 +101,12 @@ fs::path ChartCache::place(const std::string& kind, const json& key, const char*
 
 json ChartCache::composed(double voxel)
 {
-    const json key = {{"scene", m_scene_key}, {"programs", {m_program_key[0], m_program_key[1]}}, {"voxel", voxel}};
-    return {{"key", key}, {"figures", place("compose", key, ".json").string()}, {"volume", place("volume", key, ".vdb").string()}};
+    const json key = {{"scene", m_scene_key},
+                      {"programs", {m_program_key[0], m_program_key[1]}},
+                      {"voxel", voxel}};
+    return {{"key", key},
+            {"figures", place("compose", key, ".json").string()},
+            {"volume", place("volume", key, ".vdb").string()}};
 }
 
 fs::path ChartCache::volume(double voxel)
@@ -113,15 +124,20 @@ fs::path ChartCache::volume(double voxel)
     };
     const fs::path boxes = place("boxes", {m_scene_key, m_program_key[0]}, "");
     if (!fs::exists(boxes / "done")) {
-        m_tool.stage("bake", [&](const Progress&) { runOwn({"volcomp-bake", m_scene.file.string(), "-o", boxes.string()}); });
+        m_tool.stage("bake", [&](const Progress&) {
+            runOwn({"volcomp-bake", m_scene.file.string(), "-o", boxes.string()});
+        });
         std::ofstream(boxes / "done").flush();
     }
-    const double seconds = m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
-        std::vector<std::string> command{"volcomp-compose", m_scene.file.string(),         "--boxes", boxes.string(),
-                                         "--voxel",         fmt::format("{:.17g}", voxel), "-o",      file.string()};
-        for (const std::string& surface : m_leave_out) command.insert(command.end(), {"--leave-out", surface});
-        return runOwn(command);
-    });
+    const double seconds =
+        m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
+            std::vector<std::string> command{
+                "volcomp-compose", m_scene.file.string(),         "--boxes", boxes.string(),
+                "--voxel",         fmt::format("{:.17g}", voxel), "-o",      file.string()};
+            for (const std::string& surface : m_leave_out)
+                command.insert(command.end(), {"--leave-out", surface});
+            return runOwn(command);
+        });
     writeJson(figures, {{"key", what["key"]}, {"cpu_seconds", seconds}});
     return file;
 }
@@ -145,30 +161,41 @@ std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& par
 {
     const fs::path file = volume(voxel);
     if (params.lod) {
-        if (storedLevels(file, params.tau) == 0) m_tool.stage("levels", [&](const Progress& p) { writeVoxelLevels(file, params.tau, p); });
-        return m_tool.stage("load", [&](const Progress& p) { return readVoxelLevels(file, m_scene.camera, params, p); });
+        if (storedLevels(file, params.tau) == 0)
+            m_tool.stage("levels",
+                         [&](const Progress& p) { writeVoxelLevels(file, params.tau, p); });
+        return m_tool.stage("load", [&](const Progress& p) {
+            return readVoxelLevels(file, m_scene.camera, params, p);
+        });
     }
     if (!m_tree || m_tree_voxel != voxel) {
         m_tree.reset();
-        m_tree = std::make_shared<const VoxelTree>(m_tool.stage("load", [&](const Progress& p) { return readVoxelTree(file, p); }));
+        m_tree = std::make_shared<const VoxelTree>(
+            m_tool.stage("load", [&](const Progress& p) { return readVoxelTree(file, p); }));
         m_tree_voxel = voxel;
     }
     return {{m_tree}};
 }
 
-Measured ChartCache::remember(const std::string& name, const json& what, const std::function<Measured()>& measure)
+Measured ChartCache::remember(const std::string& name, const json& what,
+                              const std::function<Measured()>& measure)
 {
     const json key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", what}};
     const fs::path figures = place("render", key, ".json"), picture = place("render", key, ".exr");
     const json known = readJson(figures);
-    if (known.is_object() && fs::exists(picture)) return {readImage(picture), known.at("cpu_seconds")};
+    if (known.is_object() && fs::exists(picture))
+        return {readImage(picture), known.at("cpu_seconds")};
     Measured result = measure();
     writeImage(picture, result.image);
-    writeJson(figures, {{"name", name}, {"key", key}, {"cpu_seconds", result.cpu_seconds}}); // last: it says that the picture is there
+    writeJson(figures,
+              {{"name", name},
+               {"key", key},
+               {"cpu_seconds", result.cpu_seconds}}); // last: it says that the picture is there
     return result;
 }
 
-Measured ChartCache::render(const std::string& name, double voxel, const RenderParams& params, bool lights)
+Measured ChartCache::render(const std::string& name, double voxel, const RenderParams& params,
+                            bool lights)
 {
     json settings = settingsOf(params);
     return remember(name, {{"voxel", voxel}, {"settings", settings}, {"lights", lights}}, [&] {
@@ -177,8 +204,9 @@ Measured ChartCache::render(const std::string& name, double voxel, const RenderP
             Measured best;
             for (int run = 0; run < 3; ++run) { // short ones are measured again
                 const double start = cpuSeconds();
-                best.image = volcomp::render(volume, m_scene.materials, m_scene.camera, lights ? m_scene.lights : std::vector<Light>(),
-                                             params, progress);
+                best.image = volcomp::render(volume, m_scene.materials, m_scene.camera,
+                                             lights ? m_scene.lights : std::vector<Light>(), params,
+                                             progress);
                 const double seconds = cpuSeconds() - start;
                 best.cpu_seconds = run == 0 ? seconds : std::min(best.cpu_seconds, seconds);
                 if (seconds > 1) break;

@@ -9,10 +9,13 @@
 
 namespace volcomp {
 
-Measured vdbRender(const Scene& scene, const RenderParams& params, const std::filesystem::path& volume, double voxel, double step,
+Measured vdbRender(const Scene& scene, const RenderParams& params,
+                   const std::filesystem::path& volume, double voxel, double step,
                    const std::filesystem::path& scratch)
 {
-    const auto vector = [](const Vec3d& v) { return fmt::format("{:.9g},{:.9g},{:.9g}", v[0], v[1], v[2]); };
+    const auto vector = [](const Vec3d& v) {
+        return fmt::format("{:.9g},{:.9g},{:.9g}", v[0], v[1], v[2]);
+    };
     const Camera& camera = scene.camera;
     const auto run = [&](int width, int height) {
         std::vector<std::string> command{"vdb_render",
@@ -45,10 +48,14 @@ Measured vdbRender(const Scene& scene, const RenderParams& params, const std::fi
                                          "-compression",
                                          "none"};
         if (camera.projection == Projection::perspective)
-            command.insert(command.end(), {"-fov", fmt::format("{:.9g}", camera.field_of_view * 180 / kPi)});
-        else command.insert(command.end(), {"-camera", "ortho", "-frame", fmt::format("{:.9g}", camera.width)});
+            command.insert(command.end(),
+                           {"-fov", fmt::format("{:.9g}", camera.field_of_view * 180 / kPi)});
+        else
+            command.insert(command.end(),
+                           {"-camera", "ortho", "-frame", fmt::format("{:.9g}", camera.width)});
         const ProcessResult result = runProcess(command);
-        if (result.status != 0 || !std::filesystem::exists(scratch)) throw Error("vdb_render failed:\n" + result.output);
+        if (result.status != 0 || !std::filesystem::exists(scratch))
+            throw Error("vdb_render failed:\n" + result.output);
         return result.cpu_seconds;
     };
     Measured measured;

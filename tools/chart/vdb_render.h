@@ -8,9 +8,11 @@
 
 namespace volcomp {
 
-/// vdb_render's absorption through the scene's camera, at a step in voxels; loading is taken off by a picture of one pixel. `scratch` is the file
-/// that it writes, removed at the end. Throws Error where it fails.
-Measured vdbRender(const Scene& scene, const RenderParams& params, const std::filesystem::path& volume, double voxel, double step,
+/// vdb_render's absorption through the scene's camera, at a step in voxels; loading is taken off by
+/// a picture of one pixel. `scratch` is the file that it writes, removed at the end. Throws Error
+/// where it fails.
+Measured vdbRender(const Scene& scene, const RenderParams& params,
+                   const std::filesystem::path& volume, double voxel, double step,
                    const std::filesystem::path& scratch);
 
 } // namespace volcomp

@@ -36,35 +36,45 @@ struct Row {
     std::function<void(RenderParams&)> change;
 };
 
-// ---- the matrix: add a row here ----------------------------------------------------------------------------------
+// ---- the matrix: add a row here
+// ----------------------------------------------------------------------------------
 
-constexpr int kSamples = 4; ///< of most rows; at that number errors are also taken without those of sampling
+constexpr int kSamples =
+    4; ///< of most rows; at that number errors are also taken without those of sampling
 
-/// Changes of: exact, box, the scene's extinction, sweep, cutoff 0.001, 4 samples. Names end in the samples.
+/// Changes of: exact, box, the scene's extinction, sweep, cutoff 0.001, 4 samples. Names end in the
+/// samples.
 std::vector<Row> radianceRows()
 {
     std::vector<Row> rows;
-    const auto add = [&](const std::string& name, const std::string& family, std::function<void(RenderParams&)> change) {
+    const auto add = [&](const std::string& name, const std::string& family,
+                         std::function<void(RenderParams&)> change) {
         rows.push_back({name, family, std::move(change)});
     };
     for (const int samples : {1, 4, 16})
-        add(fmt::format("sweep, {}", samples), "box, sweep", [=](RenderParams& p) { p.samples = samples; });
+        add(fmt::format("sweep, {}", samples), "box, sweep",
+            [=](RenderParams& p) { p.samples = samples; });
     for (const int samples : {1, 4, 16})
         add(fmt::format("rays, {}", samples), "box, shadow rays",
             [=](RenderParams& p) { p.samples = samples, p.shadows = Shadows::exact; });
     for (const int samples : {1, 4, 16})
-        add(fmt::format("trilinear, {}", samples), "trilinear, shadow rays",
-            [=](RenderParams& p) { p.samples = samples, p.shadows = Shadows::exact, p.filter = Filter::trilinear; });
+        add(fmt::format("trilinear, {}", samples), "trilinear, shadow rays", [=](RenderParams& p) {
+            p.samples = samples, p.shadows = Shadows::exact, p.filter = Filter::trilinear;
+        });
     for (const int samples : {1, 4, 16})
         add(fmt::format("trilinear sweep, {}", samples), "trilinear, sweep",
             [=](RenderParams& p) { p.samples = samples, p.filter = Filter::trilinear; });
     for (const double step : {2.0, 1.0, 0.5})
         add(fmt::format("riemann, step {:g}, 4", step), "riemann, shadow rays",
-            [=](RenderParams& p) { p.integration = Integration::riemann, p.step = step, p.shadows = Shadows::exact; });
+            [=](RenderParams& p) {
+                p.integration = Integration::riemann, p.step = step, p.shadows = Shadows::exact;
+            });
     for (const double cutoff : {0.1, 0.01, 0.0}) {
-        add(fmt::format("sweep, cutoff {:g}, 4", cutoff), "other cutoff", [=](RenderParams& p) { p.cutoff = cutoff; });
-        add(fmt::format("trilinear, cutoff {:g}, 4", cutoff), "other cutoff",
-            [=](RenderParams& p) { p.cutoff = cutoff, p.shadows = Shadows::exact, p.filter = Filter::trilinear; });
+        add(fmt::format("sweep, cutoff {:g}, 4", cutoff), "other cutoff",
+            [=](RenderParams& p) { p.cutoff = cutoff; });
+        add(fmt::format("trilinear, cutoff {:g}, 4", cutoff), "other cutoff", [=](RenderParams& p) {
+            p.cutoff = cutoff, p.shadows = Shadows::exact, p.filter = Filter::trilinear;
+        });
     }
     add("no shadows, 4", "left out", [](RenderParams& p) { p.shadows = Shadows::none; });
     add("isotropic, 4", "left out", [](RenderParams& p) { p.extinction = Extinction::isotropic; });
@@ -80,22 +90,28 @@ RenderParams radianceReference(RenderParams p, int samples)
     return p;
 }
 
-/// Transmittance through pixel centres, isotropic: what other programs can do as well. Changes of: exact, box, cutoff 0.
+/// Transmittance through pixel centres, isotropic: what other programs can do as well. Changes of:
+/// exact, box, cutoff 0.
 std::vector<Row> transmittanceRows()
 {
-    std::vector<Row> rows{{"exact, box", "exact", [](RenderParams&) {}},
-                          {"exact, trilinear", "exact", [](RenderParams& p) { p.filter = Filter::trilinear; }}};
+    std::vector<Row> rows{
+        {"exact, box", "exact", [](RenderParams&) {}},
+        {"exact, trilinear", "exact", [](RenderParams& p) { p.filter = Filter::trilinear; }}};
     for (const double step : {2.0, 1.0, 0.5, 0.25})
-        rows.push_back(
-            {fmt::format("{:g}", step), "riemann, box", [=](RenderParams& p) { p.integration = Integration::riemann, p.step = step; }});
+        rows.push_back({fmt::format("{:g}", step), "riemann, box", [=](RenderParams& p) {
+                            p.integration = Integration::riemann, p.step = step;
+                        }});
     for (const double step : {2.0, 1.0, 0.5, 0.25, 0.125})
-        rows.push_back({fmt::format("{:g}", step), "riemann, trilinear",
-                        [=](RenderParams& p) { p.integration = Integration::riemann, p.filter = Filter::trilinear, p.step = step; }});
+        rows.push_back({fmt::format("{:g}", step), "riemann, trilinear", [=](RenderParams& p) {
+                            p.integration = Integration::riemann, p.filter = Filter::trilinear,
+                            p.step = step;
+                        }});
     return rows;
 }
 
-const std::vector<double> kPeerSteps{2, 1, 0.5, 0.25};                         ///< of vdb_render
-const std::vector<double> kVoxelFactors{0.35, 0.5, 0.71, 1, 1.41, 2, 2.83, 4}; ///< of the scene's voxel; the first is the truth
+const std::vector<double> kPeerSteps{2, 1, 0.5, 0.25}; ///< of vdb_render
+const std::vector<double> kVoxelFactors{
+    0.35, 0.5, 0.71, 1, 1.41, 2, 2.83, 4}; ///< of the scene's voxel; the first is the truth
 
 // -------------------------------------------------------------------------------------------------------------------
 
@@ -109,7 +125,8 @@ struct Result {
 const std::vector<std::string> kRgb{"R", "G", "B"};
 
 /// Root mean square difference over all pixels and the channels, relative to the reference's mean.
-double relativeError(const Image& image, const Image& reference, const std::vector<std::string>& channels)
+double relativeError(const Image& image, const Image& reference,
+                     const std::vector<std::string>& channels)
 {
     const auto index = [](const Image& i, const std::string& name) {
         const auto at = std::find(i.channels.begin(), i.channels.end(), name);
@@ -127,18 +144,23 @@ double relativeError(const Image& image, const Image& reference, const std::vect
             }
     }
     const double count = double(image.width) * image.height * double(channels.size());
-    if (!(mean > 0)) throw Error("the reference picture is black: the camera sees no lit volume, so there is nothing to compare");
+    if (!(mean > 0))
+        throw Error(
+            "the reference picture is black: the camera sees no lit volume, so there is nothing to compare");
     return std::sqrt(square / count) / (mean / count);
 }
 
-/// Error of a lit slab of 32 voxels against (1 - e^-32x) S, x the optical depth of a voxel, for each method.
+/// Error of a lit slab of 32 voxels against (1 - e^-32x) S, x the optical depth of a voxel, for
+/// each method.
 ChartPanel stabilityPanel()
 {
     ChartPanel panel;
     panel.title = "Stability: a lit slab of 32 voxels";
     panel.x_label = "optical depth of a step (one voxel)";
     panel.y_label = "relative error";
-    panel.series = {{"", true, false, {}}, {"riemann", true, false, {}}, {"1 - exp(-x) in float", true, false, {}}};
+    panel.series = {{"", true, false, {}},
+                    {"riemann", true, false, {}},
+                    {"1 - exp(-x) in float", true, false, {}}};
     panel.series[0].name = "exact";
     Material material;
     material.alpha = 1;
@@ -160,15 +182,18 @@ ChartPanel stabilityPanel()
             const std::vector<Light> lights{light};
             const Integrator integrator(tree, {material}, lights, params);
             Integrator::Scratch scratch;
-            const double found = integrator.trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch).radiance[0];
-            panel.series[integration == Integration::riemann].points.push_back({"", x, std::max(1e-16, std::abs(found / truth - 1))});
+            const double found =
+                integrator.trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch).radiance[0];
+            panel.series[integration == Integration::riemann].points.push_back(
+                {"", x, std::max(1e-16, std::abs(found / truth - 1))});
         }
         float light_left = 1, sum = 0;
         for (int i = 0; i < 32; ++i) {
             sum += light_left * (1 - std::exp(-x));
             light_left *= std::exp(-x);
         }
-        panel.series[2].points.push_back({"", x, std::max(1e-16, std::abs(0.25 * double(sum) / truth - 1))});
+        panel.series[2].points.push_back(
+            {"", x, std::max(1e-16, std::abs(0.25 * double(sum) / truth - 1))});
     }
     return panel;
 }
@@ -176,7 +201,8 @@ ChartPanel stabilityPanel()
 constexpr double kLeastError = 1e-6; ///< that is shown: pictures are floats
 
 /// The points of each family as one series, and all of them.
-ChartPanel timeAgainstError(const std::string& title, const std::string& error, const std::vector<Result>& results, bool lines)
+ChartPanel timeAgainstError(const std::string& title, const std::string& error,
+                            const std::vector<Result>& results, bool lines)
 {
     ChartPanel panel;
     panel.title = title;
@@ -184,8 +210,10 @@ ChartPanel timeAgainstError(const std::string& title, const std::string& error, 
     panel.y_label = error;
     panel.front = true;
     for (const Result& r : results) {
-        auto series = std::find_if(panel.series.begin(), panel.series.end(), [&](const ChartSeries& s) { return s.name == r.row.family; });
-        if (series == panel.series.end()) series = panel.series.insert(series, {r.row.family, lines, false, {}});
+        auto series = std::find_if(panel.series.begin(), panel.series.end(),
+                                   [&](const ChartSeries& s) { return s.name == r.row.family; });
+        if (series == panel.series.end())
+            series = panel.series.insert(series, {r.row.family, lines, false, {}});
         series->points.push_back({r.row.name, r.cpu_seconds, std::max(kLeastError, r.error)});
     }
     return panel;
@@ -194,18 +222,22 @@ ChartPanel timeAgainstError(const std::string& title, const std::string& error, 
 /// Which setting to choose, in Markdown.
 std::string choiceTable(const std::string& title, const std::vector<ChartPoint>& points)
 {
-    std::string text = "| " + title + ": error at most | choose | error | CPU seconds |\n|---|---|---|---|\n";
+    std::string text =
+        "| " + title + ": error at most | choose | error | CPU seconds |\n|---|---|---|---|\n";
     for (const double limit : {1e-1, 1e-2, 1e-3, 1e-4}) {
         const int best = cheapestWithin(points, limit);
         if (best >= 0)
-            text += fmt::format("| {:g} | {} | {} | {:.2f} |\n", limit, points[best].name,
-                                points[best].y < kLeastError ? "below 1e-6" : fmt::format("{:.2g}", points[best].y), points[best].x);
+            text += fmt::format(
+                "| {:g} | {} | {} | {:.2f} |\n", limit, points[best].name,
+                points[best].y < kLeastError ? "below 1e-6" : fmt::format("{:.2g}", points[best].y),
+                points[best].x);
         else text += fmt::format("| {:g} | none of these | | |\n", limit);
     }
     return text;
 }
 
-std::string choiceTables(const std::vector<Result>& radiance, const std::vector<Result>& transmittance)
+std::string choiceTables(const std::vector<Result>& radiance,
+                         const std::vector<Result>& transmittance)
 {
     std::vector<ChartPoint> all, method, depth;
     for (const Result& r : radiance) {
@@ -213,8 +245,10 @@ std::string choiceTables(const std::vector<Result>& radiance, const std::vector<
         if (r.method_error >= 0) method.push_back({r.row.name, r.cpu_seconds, r.method_error});
     }
     for (const Result& r : transmittance)
-        depth.push_back({(r.row.family == "exact" ? "" : r.row.family + ", step ") + r.row.name, r.cpu_seconds, r.error});
-    return choiceTable("radiance, sampling included", all) + "\n" + choiceTable("radiance, the same rays as the reference", method) + "\n"
+        depth.push_back({(r.row.family == "exact" ? "" : r.row.family + ", step ") + r.row.name,
+                         r.cpu_seconds, r.error});
+    return choiceTable("radiance, sampling included", all) + "\n"
+        + choiceTable("radiance, the same rays as the reference", method) + "\n"
         + choiceTable("transmittance at pixel centres", depth);
 }
 
@@ -223,7 +257,8 @@ void writeText(const fs::path& file, const std::string& text)
     writeAtomically(file, [&](const fs::path& temporary) {
         std::ofstream stream(temporary);
         stream << text;
-        if (!stream.flush()) throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+        if (!stream.flush())
+            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 
@@ -234,7 +269,8 @@ void draw(const std::vector<ChartPanel>& panels, const fs::path& directory)
             const fs::path script = directory / "chart.gnuplot";
             writeText(script, gnuplotScript(panels, 1300, 1320, temporary.string()));
             const ProcessResult result = runProcess({"gnuplot", script.string()});
-            if (result.status != 0 || !fs::exists(temporary)) throw fileError(script, "", "a script that gnuplot draws", result.output);
+            if (result.status != 0 || !fs::exists(temporary))
+                throw fileError(script, "", "a script that gnuplot draws", result.output);
         });
 }
 
@@ -243,9 +279,13 @@ double sceneVoxel(const Scene& scene, int width, int height)
     if (scene.compose.voxel > 0) return scene.compose.voxel * scene.render.width / width;
     std::deque<Surface> surfaces;
     std::vector<const Surface*> pointers;
-    for (const SurfaceSpec& spec : scene.surfaces) pointers.push_back(&surfaces.emplace_back(loadSurface(spec)));
-    const double voxel = voxelFromCamera(pointers, scene.camera, width, height, scene.compose.voxel_pixels);
-    if (!(voxel > 0)) throw fileError(scene.file, "compose.voxel", "a voxel size, as the camera sees no surface", "0");
+    for (const SurfaceSpec& spec : scene.surfaces)
+        pointers.push_back(&surfaces.emplace_back(loadSurface(spec)));
+    const double voxel =
+        voxelFromCamera(pointers, scene.camera, width, height, scene.compose.voxel_pixels);
+    if (!(voxel > 0))
+        throw fileError(scene.file, "compose.voxel", "a voxel size, as the camera sees no surface",
+                        "0");
     return voxel;
 }
 
@@ -261,19 +301,24 @@ struct Study {
 
 std::vector<Result> measureRadiance(Study& study)
 {
-    const Image reference = study.cache
-                                .render(fmt::format("reference, {} samples", study.options.samples), study.voxel,
-                                        radianceReference(study.base, study.options.samples))
-                                .image;
-    const Image same_rays = study.cache.render("reference, 4 samples", study.voxel, radianceReference(study.base, kSamples)).image;
+    const Image reference =
+        study.cache
+            .render(fmt::format("reference, {} samples", study.options.samples), study.voxel,
+                    radianceReference(study.base, study.options.samples))
+            .image;
+    const Image same_rays =
+        study.cache
+            .render("reference, 4 samples", study.voxel, radianceReference(study.base, kSamples))
+            .image;
     std::vector<Result> results;
     for (const Row& row : radianceRows()) {
         RenderParams params = study.base;
         row.change(params);
         if (params.samples >= study.options.samples) continue; // the reference would be no better
         const Measured m = study.cache.render(row.name, study.voxel, params);
-        results.push_back({row, settingsOf(params), relativeError(m.image, reference, kRgb), m.cpu_seconds,
-                           params.samples == kSamples ? relativeError(m.image, same_rays, kRgb) : -1});
+        results.push_back(
+            {row, settingsOf(params), relativeError(m.image, reference, kRgb), m.cpu_seconds,
+             params.samples == kSamples ? relativeError(m.image, same_rays, kRgb) : -1});
     }
     return results;
 }
@@ -290,13 +335,16 @@ std::vector<Result> measureTransmittance(Study& study)
     centre.cutoff = 0;
     RenderParams reference = centre;
     reference.filter = Filter::trilinear;
-    const Measured exact = study.cache.render("transmittance, trilinear, exact", study.voxel, reference, false);
+    const Measured exact =
+        study.cache.render("transmittance, trilinear, exact", study.voxel, reference, false);
     std::vector<Result> results;
     for (const Row& row : transmittanceRows()) {
         RenderParams params = centre;
         row.change(params);
-        const Measured m = study.cache.render("transmittance, " + row.family + " " + row.name, study.voxel, params, false);
-        results.push_back({row, settingsOf(params), relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
+        const Measured m = study.cache.render("transmittance, " + row.family + " " + row.name,
+                                              study.voxel, params, false);
+        results.push_back(
+            {row, settingsOf(params), relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
     }
     if (!hasProgram("vdb_render")) {
         study.tool.say("vdb_render is not installed (libopenvdb-tools): the chart goes without it");
@@ -304,15 +352,20 @@ std::vector<Result> measureTransmittance(Study& study)
     }
     for (const double step : kPeerSteps) {
         const Row row{fmt::format("{:g}", step), "vdb_render", {}};
-        const nlohmann::json key{
-            {"peer", "vdb_render"}, {"voxel", study.voxel}, {"step", step}, {"width", centre.width}, {"tau", study.base.tau}};
+        const nlohmann::json key{{"peer", "vdb_render"},
+                                 {"voxel", study.voxel},
+                                 {"step", step},
+                                 {"width", centre.width},
+                                 {"tau", study.base.tau}};
         const Measured m = study.cache.remember("vdb_render " + row.name, key, [&] {
             const fs::path volume = study.cache.volume(study.voxel);
             return study.tool.stage("vdb_render, step " + row.name, [&](const Progress&) {
-                return vdbRender(study.scene, centre, volume, study.voxel, step, study.options.directory / "cache" / "vdb_render.exr");
+                return vdbRender(study.scene, centre, volume, study.voxel, step,
+                                 study.options.directory / "cache" / "vdb_render.exr");
             });
         });
-        results.push_back({row, {{"step", step}}, relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
+        results.push_back(
+            {row, {{"step", step}}, relativeError(m.image, exact.image, {"A"}), m.cpu_seconds});
     }
     return results;
 }
@@ -339,8 +392,10 @@ std::vector<Result> measureVoxels(Study& study, ChartPanel& panel)
             }
             const double error = relativeError(m.image, truth, kRgb);
             panel.series[lod].points.push_back({"", 1000 * size, error});
-            results.push_back(
-                {{name, "voxel size", {}}, {{"voxel_m", size}, {"lod", lod}, {"compose_cpu_seconds", compose}}, error, m.cpu_seconds});
+            results.push_back({{name, "voxel size", {}},
+                               {{"voxel_m", size}, {"lod", lod}, {"compose_cpu_seconds", compose}},
+                               error,
+                               m.cpu_seconds});
         }
         if (factor != 1) study.cache.forget(size);
     }
@@ -353,8 +408,10 @@ std::string csvRows(const char* panel, const std::vector<Result>& results)
     for (const Result& r : results) {
         std::string settings = r.settings.dump(), doubled;
         for (const char c : settings) doubled += c == '"' ? "\"\"" : std::string(1, c);
-        csv += fmt::format("{},\"{}\",\"{}\",{:.4f},{:.6g},{},\"{}\"\n", panel, r.row.name, r.row.family, r.cpu_seconds, r.error,
-                           r.method_error < 0 ? "" : fmt::format("{:.6g}", r.method_error), doubled);
+        csv +=
+            fmt::format("{},\"{}\",\"{}\",{:.4f},{:.6g},{},\"{}\"\n", panel, r.row.name,
+                        r.row.family, r.cpu_seconds, r.error,
+                        r.method_error < 0 ? "" : fmt::format("{:.6g}", r.method_error), doubled);
     }
     return csv;
 }
@@ -363,7 +420,8 @@ RenderParams baseParams(const Scene& scene, int width)
 {
     RenderParams base = scene.render;
     base.width = width;
-    base.height = std::max(1, int(std::lround(double(width) * scene.render.height / scene.render.width)));
+    base.height =
+        std::max(1, int(std::lround(double(width) * scene.render.height / scene.render.width)));
     base.crop = {};
     base.aovs = false;
     base.background = Vec3d(0.0);
@@ -377,14 +435,17 @@ RenderParams baseParams(const Scene& scene, int width)
 
 void run(Tool& tool, const Options& options)
 {
-    if (!hasProgram("gnuplot")) throw Error("gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
+    if (!hasProgram("gnuplot"))
+        throw Error(
+            "gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
     Scene scene = readScene(options.scene);
     for (const std::string& surface : options.leave_out) leaveOut(scene, surface);
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
-    tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}", base.width, base.height, voxel,
-                         (options.directory / "cache").string()));
-    Study study{tool, options, scene, voxel, base, {tool, scene, options.leave_out, options.directory / "cache"}};
+    tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}",
+                         base.width, base.height, voxel, (options.directory / "cache").string()));
+    Study study{tool,  options, scene,
+                voxel, base,    {tool, scene, options.leave_out, options.directory / "cache"}};
 
     ChartPanel sizes;
     sizes.title = "Voxel size (compose + render, sweep, 16 samples)";
@@ -396,16 +457,20 @@ void run(Tool& tool, const Options& options)
                     {"render, s", true, true, {}},
                     {"render with lod, s", true, true, {}},
                     {"compose, s", true, true, {}}};
-    const std::vector<Result> radiance = measureRadiance(study), transmittance = measureTransmittance(study),
-                              by_voxel = options.voxels ? measureVoxels(study, sizes) : std::vector<Result>();
+    const std::vector<Result> radiance = measureRadiance(study),
+                              transmittance = measureTransmittance(study),
+                              by_voxel = options.voxels ? measureVoxels(study, sizes)
+                                                        : std::vector<Result>();
 
     std::vector<ChartPanel> panels{
         timeAgainstError(
-            fmt::format("{}: radiance, against trilinear, shadow rays, {} samples per pixel (names end in the samples per pixel)",
-                        options.scene.stem().string(), options.samples),
+            fmt::format(
+                "{}: radiance, against trilinear, shadow rays, {} samples per pixel (names end in the samples per pixel)",
+                options.scene.stem().string(), options.samples),
             "relative error (RMSE / mean)", radiance, false),
-        timeAgainstError("Transmittance, against exact trilinear (steps)", "relative error (RMSE / mean)", transmittance, true), sizes,
-        stabilityPanel()};
+        timeAgainstError("Transmittance, against exact trilinear (steps)",
+                         "relative error (RMSE / mean)", transmittance, true),
+        sizes, stabilityPanel()};
     panels[1].key = "at graph 0.45, graph 0.42 left top";
     panels[2].key = "at graph 0.28, graph 0.98 left top";
     panels[3].key = "at graph 0.05, graph 0.4 left top";
@@ -415,35 +480,47 @@ void run(Tool& tool, const Options& options)
     panels[3].place = {0.735, 0.60, 0.25, 0.34};
     tool.stage("draw", [&](const Progress&) { draw(panels, options.directory); });
     writeText(options.directory / "results.csv",
-              "panel,name,family,cpu_seconds,error,error_without_sampling,settings\n" + csvRows("radiance", radiance)
-                  + csvRows("transmittance", transmittance) + csvRows("voxel", by_voxel));
+              "panel,name,family,cpu_seconds,error,error_without_sampling,settings\n"
+                  + csvRows("radiance", radiance) + csvRows("transmittance", transmittance)
+                  + csvRows("voxel", by_voxel));
     const std::string table = choiceTables(radiance, transmittance);
     writeText(options.directory / "table.md", table);
-    tool.say("wrote chart.svg, chart.png, results.csv and table.md in " + options.directory.string() + "\n" + table);
+    tool.say("wrote chart.svg, chart.png, results.csv and table.md in " + options.directory.string()
+             + "\n" + table);
 }
 
 } // namespace
 
 int main(int argc, char** argv)
 {
-    Tool tool("volcomp-chart",
-              "Measures time and error of the methods and settings on a scene, and draws the chart. Bakes and composes what it needs.");
+    Tool tool(
+        "volcomp-chart",
+        "Measures time and error of the methods and settings on a scene, and draws the chart. Bakes and composes what it needs.");
     Options options;
-    tool.app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
+    tool.app.add_option("scene", options.scene, "Scene file (TOML)")
+        ->required()
+        ->type_name("SCENE");
     tool.app
-        .add_option("-o,--output", options.directory,
-                    "Directory for chart.svg, chart.png, results.csv, table.md and what was measured (cache/)")
+        .add_option(
+            "-o,--output", options.directory,
+            "Directory for chart.svg, chart.png, results.csv, table.md and what was measured (cache/)")
         ->required()
         ->type_name("DIR");
-    tool.app.add_option("--width", options.width, "Width of the pictures, pixels; voxels follow from it as in the scene")
+    tool.app
+        .add_option("--width", options.width,
+                    "Width of the pictures, pixels; voxels follow from it as in the scene")
         ->capture_default_str()
         ->check(CLI::Range(16, 32768));
     tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")
         ->capture_default_str()
         ->check(CLI::Range(1, 65536));
-    tool.app.add_option("--leave-out", options.leave_out, "Measure without this surface and the layers on it; may be given more than once")
+    tool.app
+        .add_option(
+            "--leave-out", options.leave_out,
+            "Measure without this surface and the layers on it; may be given more than once")
         ->type_name("SURFACE")
         ->allow_extra_args(false);
-    tool.app.add_flag("!--no-voxels", options.voxels, "Leave out the chart of voxel sizes, which composes eight volumes");
+    tool.app.add_flag("!--no-voxels", options.voxels,
+                      "Leave out the chart of voxel sizes, which composes eight volumes");
     return tool.main(argc, argv, [&] { run(tool, options); });
 }

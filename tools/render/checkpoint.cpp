@@ -41,18 +41,22 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
                   {"volume", volumeIdentifier(volume)},
                   {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau) : 0},
                   {"settings", settingsOf(scene.render)},
-                  {"camera", {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view, c.width}},
+                  {"camera",
+                   {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up),
+                    c.field_of_view, c.width}},
                   {"lights", json::array()},
                   {"materials", json::array()}};
     for (const Light& l : scene.lights)
-        print["lights"].push_back(
-            {l.name, int(l.kind), toJson(l.direction), toJson(l.position), toJson(l.strength), l.angle, l.soft_angle});
+        print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position),
+                                   toJson(l.strength), l.angle, l.soft_angle});
     for (const Material& m : scene.materials)
-        print["materials"].push_back({m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});
+        print["materials"].push_back(
+            {m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});
     return print;
 }
 
-void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint, const RenderState& state)
+void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
+                     const RenderState& state)
 {
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
         std::ofstream stream(temporary, std::ios::binary);
@@ -61,16 +65,20 @@ void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
                                       hashOf(state.sums) ^ hashOf(state.samples)};
         stream.write(reinterpret_cast<const char*>(head), sizeof head);
         stream.write(text.data(), std::streamsize(text.size()));
-        stream.write(reinterpret_cast<const char*>(state.sums.data()), std::streamsize(state.sums.size() * sizeof(double)));
-        stream.write(reinterpret_cast<const char*>(state.samples.data()), std::streamsize(state.samples.size() * sizeof(std::int32_t)));
-        if (!stream.flush()) throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+        stream.write(reinterpret_cast<const char*>(state.sums.data()),
+                     std::streamsize(state.sums.size() * sizeof(double)));
+        stream.write(reinterpret_cast<const char*>(state.samples.data()),
+                     std::streamsize(state.samples.size() * sizeof(std::int32_t)));
+        if (!stream.flush())
+            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 
 RenderState readCheckpoint(const std::filesystem::path& file, const json& fingerprint)
 {
     const auto damaged = [&] {
-        return fileError(file, "", "the state of a stopped render", "a damaged or foreign file", "Remove it and render without --resume.");
+        return fileError(file, "", "the state of a stopped render", "a damaged or foreign file",
+                         "Remove it and render without --resume.");
     };
     std::ifstream stream(file, std::ios::binary);
     std::uint64_t head[5] = {};
@@ -88,7 +96,8 @@ RenderState readCheckpoint(const std::filesystem::path& file, const json& finger
     stream.read(reinterpret_cast<char*>(state.sums.data()), std::streamsize(8 * head[2]));
     stream.read(reinterpret_cast<char*>(state.samples.data()), std::streamsize(4 * head[3]));
     const json known = json::parse(text, nullptr, false);
-    if (!stream || !known.is_object() || (hashOf(state.sums) ^ hashOf(state.samples)) != head[4]) throw damaged();
+    if (!stream || !known.is_object() || (hashOf(state.sums) ^ hashOf(state.samples)) != head[4])
+        throw damaged();
     const json wanted = json::parse(fingerprint.dump()); // through text, as the other
     for (const auto& [key, value] : wanted.items()) {
         const json other = known.value(key, json());
@@ -100,8 +109,9 @@ RenderState readCheckpoint(const std::filesystem::path& file, const json& finger
                     expected = fmt::format("{} = {}", name, setting.dump());
                     found = other.value(name, json()).dump();
                 }
-        throw fileError(file, "", "the state of this very render (" + expected + ")", found,
-                        "Go on with the settings and files it was begun with, or render without --resume.");
+        throw fileError(
+            file, "", "the state of this very render (" + expected + ")", found,
+            "Go on with the settings and files it was begun with, or render without --resume.");
     }
     return state;
 }

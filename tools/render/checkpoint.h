@@ -10,13 +10,16 @@
 
 namespace volcomp {
 
-/// All that a picture depends on: volume, settings, camera, lights, materials and the program's version.
+/// All that a picture depends on: volume, settings, camera, lights, materials and the program's
+/// version.
 nlohmann::json renderFingerprint(const Scene& scene, const std::filesystem::path& volume);
 
 /// The file appears when it is complete. Throws Error where it cannot be written.
-void writeCheckpoint(const std::filesystem::path& file, const nlohmann::json& fingerprint, const RenderState& state);
+void writeCheckpoint(const std::filesystem::path& file, const nlohmann::json& fingerprint,
+                     const RenderState& state);
 
-/// Throws Error where the file is no complete checkpoint, or one of another render: the message says what differs.
+/// Throws Error where the file is no complete checkpoint, or one of another render: the message
+/// says what differs.
 RenderState readCheckpoint(const std::filesystem::path& file, const nlohmann::json& fingerprint);
 
 } // namespace volcomp

@@ -15,7 +15,8 @@ public:
     /// Adds the options; this object must outlive the parsing.
     explicit RenderOptions(CLI::App& app);
 
-    /// Sets what was given on the command line. Throws Error for a size or a crop that cannot be read.
+    /// Sets what was given on the command line. Throws Error for a size or a crop that cannot be
+    /// read.
     void apply(RenderParams& params) const;
 
 private:

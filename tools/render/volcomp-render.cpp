@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 
 std::atomic<bool> stop_asked{false};
 
-/// While it lives, the first SIGTERM or SIGINT asks the render to stop and save; a second one ends the program at once.
+/// While it lives, the first SIGTERM or SIGINT asks the render to stop and save; a second one ends
+/// the program at once.
 class StopOnSignal {
 public:
     StopOnSignal()
@@ -46,11 +47,16 @@ struct Options {
     double checkpoint_seconds = 20;
 };
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double now()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
 
 /// Renders with pauses in which the preview and the checkpoint are written.
-Image renderWatched(Tool& tool, const Options& options, const Scene& scene, const std::vector<VoxelLevel>& levels,
-                    const fs::path& checkpoint, RenderState state, const nlohmann::json& fingerprint, RenderStats& stats)
+Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
+                    const std::vector<VoxelLevel>& levels, const fs::path& checkpoint,
+                    RenderState state, const nlohmann::json& fingerprint, RenderStats& stats)
 {
     const bool saves = options.checkpoint_seconds > 0;
     double saved = now();
@@ -69,37 +75,48 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene, cons
         std::optional<StopOnSignal> handler;
         if (saves) handler.emplace();
         try {
-            return render(levels, scene.materials, scene.camera, scene.lights, scene.render, progress, &stats, &watch);
+            return render(levels, scene.materials, scene.camera, scene.lights, scene.render,
+                          progress, &stats, &watch);
         } catch (const Stopped& e) {
-            throw Error(std::string(e.what()) + "; the same command with --resume goes on from " + checkpoint.string());
+            throw Error(std::string(e.what()) + "; the same command with --resume goes on from "
+                        + checkpoint.string());
         }
     });
 }
 
-void writePictures(const Options& options, const fs::path& volume, const nlohmann::json& settings, const RenderStats& stats,
-                   const Image& image)
+void writePictures(const Options& options, const fs::path& volume, const nlohmann::json& settings,
+                   const RenderStats& stats, const Image& image)
 {
-    std::vector<std::pair<std::string, std::string>> about{{"Software", "volcomp"},
-                                                           {"volcomp/scene", options.scene.string()},
-                                                           {"volcomp/volume", volume.string()},
-                                                           {"volcomp/settings", settings.dump()}};
+    std::vector<std::pair<std::string, std::string>> about{
+        {"Software", "volcomp"},
+        {"volcomp/scene", options.scene.string()},
+        {"volcomp/volume", volume.string()},
+        {"volcomp/settings", settings.dump()}};
     for (const auto& output : options.outputs)
-        if (!isExrName(output)) writeImage(output, image, about); // the same bytes whenever it is rendered
-    about.emplace_back("volcomp/seconds", fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds));
+        if (!isExrName(output))
+            writeImage(output, image, about); // the same bytes whenever it is rendered
+    about.emplace_back("volcomp/seconds",
+                       fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds));
     for (const auto& output : options.outputs)
         if (isExrName(output)) writeImage(output, image, about);
     if (!options.preview.empty()) writeImage(options.preview, image);
 }
 
-/// The volume's files of levels: writes them where that is asked for, and says where there are some that cannot be used.
-void seeToLevels(Tool& tool, const Options& options, const RenderParams& params, const fs::path& volume)
+/// The volume's files of levels: writes them where that is asked for, and says where there are some
+/// that cannot be used.
+void seeToLevels(Tool& tool, const Options& options, const RenderParams& params,
+                 const fs::path& volume)
 {
     if (!(options.write_levels || params.lod) || storedLevels(volume, params.tau) > 0) return;
-    if (options.write_levels) tool.stage("levels", [&](const Progress& progress) { writeVoxelLevels(volume, params.tau, progress); });
+    if (options.write_levels)
+        tool.stage("levels", [&](const Progress& progress) {
+            writeVoxelLevels(volume, params.tau, progress);
+        });
     else if (fs::exists(levelFile(volume, 1)))
-        tool.warn(levelFile(volume, 1).string()
-                  + " was made of another volume or for another tau, or the levels behind it are not complete: not used; --write-levels "
-                    "makes them anew");
+        tool.warn(
+            levelFile(volume, 1).string()
+            + " was made of another volume or for another tau, or the levels behind it are not complete: not used; --write-levels "
+              "makes them anew");
 }
 
 void run(Tool& tool, const Options& options, const RenderOptions& overrides)
@@ -108,10 +125,12 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (!options.preview.empty()) isExrName(options.preview);
     Scene scene = readScene(options.scene);
     if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
-        tool.warn(options.scene.string() + ": no [[light]] and no ambient light: everything in the picture will be black");
+        tool.warn(options.scene.string()
+                  + ": no [[light]] and no ambient light: everything in the picture will be black");
     overrides.apply(scene.render);
 
-    const fs::path volume = options.volume.empty() ? options.outputs[0].parent_path() / "volume.vdb" : options.volume;
+    const fs::path volume =
+        options.volume.empty() ? options.outputs[0].parent_path() / "volume.vdb" : options.volume;
     const fs::path checkpoint = options.outputs[0].string() + ".checkpoint";
     seeToLevels(tool, options, scene.render, volume);
     const nlohmann::json fingerprint = renderFingerprint(scene, volume);
@@ -119,14 +138,19 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (options.resume && fs::exists(checkpoint)) {
         state = readCheckpoint(checkpoint, fingerprint);
         tool.say("going on from " + checkpoint.string());
-    } else if (options.resume) tool.say("no " + checkpoint.string() + ": starting at the beginning");
+    } else if (options.resume)
+        tool.say("no " + checkpoint.string() + ": starting at the beginning");
     else if (fs::exists(checkpoint))
-        tool.warn(checkpoint.string() + " holds a stopped render, which --resume would go on with; this one starts anew");
+        tool.warn(
+            checkpoint.string()
+            + " holds a stopped render, which --resume would go on with; this one starts anew");
 
-    const std::vector<VoxelLevel> levels =
-        tool.stage("load", [&](const Progress& progress) { return readVoxelLevels(volume, scene.camera, scene.render, progress); });
+    const std::vector<VoxelLevel> levels = tool.stage("load", [&](const Progress& progress) {
+        return readVoxelLevels(volume, scene.camera, scene.render, progress);
+    });
     RenderStats stats;
-    const Image image = renderWatched(tool, options, scene, levels, checkpoint, std::move(state), fingerprint, stats);
+    const Image image = renderWatched(tool, options, scene, levels, checkpoint, std::move(state),
+                                      fingerprint, stats);
     std::size_t bytes = 0;
     for (const VoxelLevel& level : levels) bytes += level.tree->memoryBytes();
     tool.stats["settings"] = settingsOf(scene.render);
@@ -137,9 +161,12 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
                             {"volume_bytes", bytes},
                             {"prepare_seconds", stats.prepare_seconds},
                             {"march_seconds", stats.march_seconds}};
-    tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels", stats.rays, stats.shadow_rays,
-                         stats.shaded_voxels, stats.march_seconds, stats.active_voxels));
-    tool.stage("write", [&](const Progress&) { writePictures(options, volume, tool.stats["settings"], stats, image); });
+    tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
+                         stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
+                         stats.active_voxels));
+    tool.stage("write", [&](const Progress&) {
+        writePictures(options, volume, tool.stats["settings"], stats, image);
+    });
     fs::remove(checkpoint);
     for (const auto& output : options.outputs) tool.say("wrote " + output.string());
 }
@@ -150,23 +177,35 @@ int main(int argc, char** argv)
 {
     Tool tool("volcomp-render", "Renders the volume of a scene to a picture.");
     Options options;
-    tool.app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
-    tool.app.add_option("-o,--output", options.outputs, "Picture to write, .exr or .png; may be given more than once")
+    tool.app.add_option("scene", options.scene, "Scene file (TOML)")
+        ->required()
+        ->type_name("SCENE");
+    tool.app
+        .add_option("-o,--output", options.outputs,
+                    "Picture to write, .exr or .png; may be given more than once")
         ->required()
         ->type_name("PICTURE")
         ->allow_extra_args(false);
-    tool.app.add_option("--volume", options.volume, "Volume to render, any fog volume (default: volume.vdb beside the first picture)")
+    tool.app
+        .add_option(
+            "--volume", options.volume,
+            "Volume to render, any fog volume (default: volume.vdb beside the first picture)")
         ->type_name("FILE.vdb");
     const RenderOptions overrides(tool.app);
-    tool.app.add_option("--preview", options.preview, "Also write a coarse picture soon, .exr or .png, and a better one after each pass")
+    tool.app
+        .add_option(
+            "--preview", options.preview,
+            "Also write a coarse picture soon, .exr or .png, and a better one after each pass")
         ->type_name("FILE");
     tool.app.add_flag(
         "--write-levels", options.write_levels,
         "First write the volume's coarser levels beside it (VOLUME.level1.vdb ...): renders with lod then read only those that they need");
-    tool.app.add_flag("--resume", options.resume, "Go on where this render was stopped, to the same pixels");
+    tool.app.add_flag("--resume", options.resume,
+                      "Go on where this render was stopped, to the same pixels");
     tool.app
-        .add_option("--checkpoint", options.checkpoint_seconds,
-                    "Save what a stopped render goes on from (PICTURE.checkpoint) every so many seconds; 0: never")
+        .add_option(
+            "--checkpoint", options.checkpoint_seconds,
+            "Save what a stopped render goes on from (PICTURE.checkpoint) every so many seconds; 0: never")
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
     return tool.main(argc, argv, [&] { run(tool, options, overrides); });

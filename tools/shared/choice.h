@@ -11,7 +11,8 @@ namespace volcomp {
 
 /// Adds an option that takes one of a table's words. `value` must outlive the parsing.
 template <class E, std::size_t N, class Value>
-CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& value, const std::string& meaning, const Word<E> (&words)[N])
+CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& value,
+                       const std::string& meaning, const Word<E> (&words)[N])
 {
     std::string names;
     for (const auto& word : words) names += (names.empty() ? "" : "|") + std::string(word.first);

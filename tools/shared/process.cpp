@@ -41,15 +41,16 @@ ProcessResult runProcess(const std::vector<std::string>& arguments, bool shown)
     close(ends[1]);
     ProcessResult result;
     char buffer[4096];
-    for (ssize_t n = 0; (n = read(ends[0], buffer, sizeof buffer)) > 0 || (n < 0 && errno == EINTR);)
+    for (ssize_t n = 0;
+         (n = read(ends[0], buffer, sizeof buffer)) > 0 || (n < 0 && errno == EINTR);)
         if (n > 0) result.output.append(buffer, static_cast<std::size_t>(n));
     close(ends[0]);
     int status = 0;
     rusage usage{};
     while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) { }
     result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    result.cpu_seconds =
-        double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+    result.cpu_seconds = double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)
+        + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
     if (result.status == 127) throw Error(arguments[0] + " cannot be started: is it installed?");
     return result;
 }
@@ -59,7 +60,8 @@ bool hasProgram(const std::string& name)
     const char* path = std::getenv("PATH");
     std::istringstream directories(path ? path : "");
     for (std::string directory; std::getline(directories, directory, ':');)
-        if (access((fs::path(directory.empty() ? "." : directory) / name).c_str(), X_OK) == 0) return true;
+        if (access((fs::path(directory.empty() ? "." : directory) / name).c_str(), X_OK) == 0)
+            return true;
     return false;
 }
 

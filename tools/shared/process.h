@@ -13,8 +13,8 @@ struct ProcessResult {
     std::string output;     ///< stdout and stderr, unless they were shown
 };
 
-/// Runs a program and waits for it. A name without a slash is looked for in PATH. With `shown`, its output goes where ours goes.
-/// It ends when we end. Throws Error where it cannot be started.
+/// Runs a program and waits for it. A name without a slash is looked for in PATH. With `shown`, its
+/// output goes where ours goes. It ends when we end. Throws Error where it cannot be started.
 ProcessResult runProcess(const std::vector<std::string>& arguments, bool shown = false);
 
 /// True where PATH has a program of that name.

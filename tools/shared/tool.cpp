@@ -21,13 +21,18 @@
 namespace volcomp {
 namespace {
 
-double wallSeconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double wallSeconds()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
 
 double cpuSeconds()
 {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)
+        + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
 double peakMegabytes()
@@ -39,13 +44,19 @@ double peakMegabytes()
 
 } // namespace
 
-Tool::Tool(const std::string& name, const std::string& description) : app(description, name), m_name(name)
+Tool::Tool(const std::string& name, const std::string& description)
+    : app(description, name), m_name(name)
 {
     app.set_version_flag("--version", name + " " VOLCOMP_VERSION);
     app.add_flag("-q,--quiet", m_quiet, "Say nothing but warnings and errors");
-    app.add_option("--threads", m_threads, "Threads to use; 0: one for each core")->capture_default_str()->check(CLI::Range(0, 4096));
-    app.add_option("--stats", m_stats, "Write seconds, memory, sizes and settings to this file (JSON)")->type_name("FILE");
-    app.add_flag("--scene-keys", m_scene_keys, "Print every key of the scene file (Markdown), and exit");
+    app.add_option("--threads", m_threads, "Threads to use; 0: one for each core")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 4096));
+    app.add_option("--stats", m_stats,
+                   "Write seconds, memory, sizes and settings to this file (JSON)")
+        ->type_name("FILE");
+    app.add_flag("--scene-keys", m_scene_keys,
+                 "Print every key of the scene file (Markdown), and exit");
     app.get_formatter()->column_width(34);
 }
 
@@ -70,16 +81,21 @@ int Tool::main(int argc, char** argv, const std::function<void()>& run)
         const double wall = wallSeconds(), cpu = cpuSeconds();
         stats["program"] = m_name;
         stats["version"] = VOLCOMP_VERSION;
-        stats["threads"] = m_threads > 0 ? m_threads : static_cast<int>(std::thread::hardware_concurrency());
+        stats["threads"] =
+            m_threads > 0 ? m_threads : static_cast<int>(std::thread::hardware_concurrency());
         run();
-        stats["total"] = {{"wall_seconds", wallSeconds() - wall}, {"cpu_seconds", cpuSeconds() - cpu}};
+        stats["total"] = {{"wall_seconds", wallSeconds() - wall},
+                          {"cpu_seconds", cpuSeconds() - cpu}};
         stats["peak_memory_mb"] = peakMegabytes();
-        say(fmt::format("done in {:.2f} s, {:.0f} MB at the peak", wallSeconds() - wall, peakMegabytes()));
+        say(fmt::format("done in {:.2f} s, {:.0f} MB at the peak", wallSeconds() - wall,
+                        peakMegabytes()));
         if (!m_stats.empty())
             writeAtomically(m_stats, [&](const std::filesystem::path& file) {
                 std::ofstream stream(file);
                 stream << stats.dump(2) << '\n';
-                if (!stream.flush()) throw fileError(m_stats, "", "a file to write", "an error", "Is the disk full?");
+                if (!stream.flush())
+                    throw fileError(m_stats, "", "a file to write", "an error",
+                                    "Is the disk full?");
             });
         return 0;
     } catch (const std::bad_alloc&) {
@@ -94,7 +110,8 @@ void Tool::say(const std::string& message) const { spdlog::info("{}", message); 
 void Tool::warn(const std::string& message) const { spdlog::warn("{}", message); }
 
 Tool::Stage::Stage(Tool& tool, const std::string& name)
-    : m_tool(tool), m_name(name), m_wall(wallSeconds()), m_cpu(cpuSeconds()), m_exceptions(std::uncaught_exceptions())
+    : m_tool(tool), m_name(name), m_wall(wallSeconds()), m_cpu(cpuSeconds()),
+      m_exceptions(std::uncaught_exceptions())
 {
     m_shown = m_wall;
 }
@@ -105,7 +122,8 @@ Tool::Stage::~Stage()
     if (terminal) std::cerr << "\r\033[K" << std::flush;
     if (std::uncaught_exceptions() > m_exceptions) return;
     const double wall = wallSeconds() - m_wall, cpu = cpuSeconds() - m_cpu;
-    m_tool.stats["stages"].push_back({{"name", m_name}, {"wall_seconds", wall}, {"cpu_seconds", cpu}});
+    m_tool.stats["stages"].push_back(
+        {{"name", m_name}, {"wall_seconds", wall}, {"cpu_seconds", cpu}});
     m_tool.say(fmt::format("{}: {:.2f} s", m_name, wall));
 }
 
@@ -119,8 +137,8 @@ Progress Tool::Stage::progress()
             if (now - m_shown < 0.1) return;
             m_shown = now;
             const int full = static_cast<int>(30 * fraction);
-            std::cerr << fmt::format("\r\033[K{} [{}{}] {:3.0f} %", m_name, std::string(full, '#'), std::string(30 - full, '.'),
-                                     100 * fraction)
+            std::cerr << fmt::format("\r\033[K{} [{}{}] {:3.0f} %", m_name, std::string(full, '#'),
+                                     std::string(30 - full, '.'), 100 * fraction)
                       << std::flush;
         } else if (now - m_shown > 5) { // plain lines, for logs
             m_shown = now;

@@ -21,14 +21,16 @@ public:
     CLI::App app;
     nlohmann::json stats; ///< written by --stats
 
-    /// Parses the arguments, calls `run` and turns exceptions into one message on stderr and exit status 1 (2 for wrong arguments).
+    /// Parses the arguments, calls `run` and turns exceptions into one message on stderr and exit
+    /// status 1 (2 for wrong arguments).
     int main(int argc, char** argv, const std::function<void()>& run);
 
     void say(const std::string& message) const;  ///< nothing with --quiet
     void warn(const std::string& message) const; ///< also with --quiet
 
-    /// Runs one stage: says its name, shows its progress (a bar on a terminal, plain lines otherwise), then how long it took;
-    /// adds its wall and CPU seconds to the statistics. Returns what `work` returns.
+    /// Runs one stage: says its name, shows its progress (a bar on a terminal, plain lines
+    /// otherwise), then how long it took; adds its wall and CPU seconds to the statistics. Returns
+    /// what `work` returns.
     template <class F>
     auto stage(const std::string& name, F&& work)
     {

@@ -8,7 +8,10 @@
 namespace volcomp {
 namespace {
 
-Vec3d along(const MarchRay& r, double t) { return {r.o[0] + r.d[0] * t, r.o[1] + r.d[1] * t, r.o[2] + r.d[2] * t}; }
+Vec3d along(const MarchRay& r, double t)
+{
+    return {r.o[0] + r.d[0] * t, r.o[1] + r.d[1] * t, r.o[2] + r.d[2] * t};
+}
 
 // The voxel at a cell's corner.
 void cornerVoxel(const int* cell, int corner, int* voxel)
@@ -54,20 +57,25 @@ double Integrator::trilinearDepth(const MarchRay& r, const Vec3d& d) const
             end = std::min(end, r.t1);
             float rho[8];
             if (!(end > t) || !cornerDensities(densities, offset, rho)) return;
-            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
+            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7),
+                                 span.cell[2] + (offset & 7)};
             double weights[8];
             cornerWeights(r.o, r.d, cell, t, end, weights);
             for (int k = 0; k < 8; ++k)
-                if (rho[k] > 0) sum += weights[k] * effectiveDensity(m_dual->corner(span.leaf, offset, k), rho[k], d);
+                if (rho[k] > 0)
+                    sum += weights[k]
+                        * effectiveDensity(m_dual->corner(span.leaf, offset, k), rho[k], d);
         });
         return sum < m_stop;
     });
     return m_extinction * sum;
 }
 
-// As traceExact(), cell by cell between voxel centres. Each centre's particles are shaded with that centre's direction and colour; a cell's source
-// is their mean, weighted by the optical depth that each adds (exact, being cubic along the ray).
-void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3d& direction, Scratch& scratch) const
+// As traceExact(), cell by cell between voxel centres. Each centre's particles are shaded with that
+// centre's direction and colour; a cell's source is their mean, weighted by the optical depth that
+// each adds (exact, being cubic along the ray).
+void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3d& direction,
+                                Scratch& scratch) const
 {
     const Vec3d half(0.5);
     DualTree::Gathered& gathered = m_dual->gathered();
@@ -78,12 +86,15 @@ void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3
             const double t = way.times[i], end = std::min(way.times[i + 1], r.t1);
             float rho[8];
             // Rays to lights gather, too: the place may hold another block by now.
-            if (!(end > t) || !cornerDensities(gathered.densities(span.leaf), offset, rho)) continue;
-            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7), span.cell[2] + (offset & 7)};
+            if (!(end > t) || !cornerDensities(gathered.densities(span.leaf), offset, rho))
+                continue;
+            const int cell[3] = {span.cell[0] + (offset >> 6), span.cell[1] + (offset >> 3 & 7),
+                                 span.cell[2] + (offset & 7)};
             double depths[8], delta = 0;
             cornerWeights(r.o, r.d, cell, t, end, depths);
             for (int k = 0; k < 8; ++k) {
-                depths[k] *= m_extinction * effectiveDensity(m_dual->corner(span.leaf, offset, k), rho[k], direction);
+                depths[k] *= m_extinction
+                    * effectiveDensity(m_dual->corner(span.leaf, offset, k), rho[k], direction);
                 delta += depths[k];
             }
             if (!(delta > 0)) continue;
@@ -97,8 +108,10 @@ void Integrator::traceTrilinear(RaySample& sample, const MarchRay& r, const Vec3
                 cornerVoxel(cell, k, v);
                 shade(c.leaf, c.voxel, v, depths[k] / delta, middle, -direction, scratch, ambient);
             }
-            const int at_middle[3] = {int(std::floor(middle[0])), int(std::floor(middle[1])), int(std::floor(middle[2]))};
-            addSegment(sample, ambient, delta, at_middle, along(r, t) + half, along(r, end) + half, t, end, scratch);
+            const int at_middle[3] = {int(std::floor(middle[0])), int(std::floor(middle[1])),
+                                      int(std::floor(middle[2]))};
+            addSegment(sample, ambient, delta, at_middle, along(r, t) + half, along(r, end) + half,
+                       t, end, scratch);
             if (sample.transmittance < m_params.cutoff) return false;
         }
         return true;
@@ -147,32 +160,37 @@ double Integrator::sumDepth(const Tree& tree, const MarchRay& r, const Vec3d& d)
 {
     double sum = 0;
     forEachStep(tree, r, m_params.step, [&](double t) {
-        filterAt(tree, along(r, t),
-                 [&](double weight, const int* v) { sum += weight * m_params.step * effectiveDensity(v[0], v[1], v[2], d); });
+        filterAt(tree, along(r, t), [&](double weight, const int* v) {
+            sum += weight * m_params.step * effectiveDensity(v[0], v[1], v[2], d);
+        });
         return sum < m_stop;
     });
     return m_extinction * sum;
 }
 
-// Sum (4), the current sample's own attenuation included, as printed. `shift` leads from the tree's coordinates to corner coordinates.
+// Sum (4), the current sample's own attenuation included, as printed. `shift` leads from the tree's
+// coordinates to corner coordinates.
 template <class Tree>
-void Integrator::traceSums(RaySample& sample, const Tree& tree, const MarchRay& r, double shift, const Vec3d& direction,
-                           Scratch& scratch) const
+void Integrator::traceSums(RaySample& sample, const Tree& tree, const MarchRay& r, double shift,
+                           const Vec3d& direction, Scratch& scratch) const
 {
     forEachStep(tree, r, m_params.step, [&](double t) {
         const Vec3d at = along(r, t), p = at + Vec3d(shift);
         double delta = 0;
         filterAt(tree, at, [&](double weight, const int* v) {
-            delta += weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction);
+            delta += weight * m_params.step * m_extinction
+                * effectiveDensity(v[0], v[1], v[2], direction);
         });
         if (!(delta > 0)) return true;
         ++scratch.counts.shaded_voxels;
         Vec3d source;
         startShading(scratch, source);
         filterAt(tree, at, [&](double weight, const int* v) {
-            const double share = weight * m_params.step * m_extinction * effectiveDensity(v[0], v[1], v[2], direction) / delta;
+            const double share = weight * m_params.step * m_extinction
+                * effectiveDensity(v[0], v[1], v[2], direction) / delta;
             if (share > 0)
-                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v, share, p, -direction, scratch, source);
+                shade(m_tree.leafAt(v[0], v[1], v[2]), VoxelTree::offset(v[0], v[1], v[2]), v,
+                      share, p, -direction, scratch, source);
         });
         sample.transmittance *= std::exp(-delta);
         if (m_params.aovs) addAovs(sample, sample.transmittance * delta, t, scratch);
@@ -181,15 +199,20 @@ void Integrator::traceSums(RaySample& sample, const Tree& tree, const MarchRay& 
             if (scratch.lights[l].lit)
                 addLight(sample, l,
                          scratch.lights[l].S
-                             * (delta * (m_params.shadows == Shadows::none ? 1 : std::exp(-depthToLight(l, at_p, p, scratch.counts)))),
+                             * (delta
+                                * (m_params.shadows == Shadows::none
+                                       ? 1
+                                       : std::exp(-depthToLight(l, at_p, p, scratch.counts)))),
                          scratch);
         sample.radiance += sample.transmittance * delta * source;
         return sample.transmittance >= m_params.cutoff;
     });
 }
 
-template void Integrator::traceSums(RaySample&, const VoxelTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
-template void Integrator::traceSums(RaySample&, const DualTree&, const MarchRay&, double, const Vec3d&, Scratch&) const;
+template void Integrator::traceSums(RaySample&, const VoxelTree&, const MarchRay&, double,
+                                    const Vec3d&, Scratch&) const;
+template void Integrator::traceSums(RaySample&, const DualTree&, const MarchRay&, double,
+                                    const Vec3d&, Scratch&) const;
 template double Integrator::sumDepth(const VoxelTree&, const MarchRay&, const Vec3d&) const;
 template double Integrator::sumDepth(const DualTree&, const MarchRay&, const Vec3d&) const;
 

@@ -1,9 +1,12 @@
-// Rays through a VoxelTree (or DualTree): each voxel with particles once, in order, with the exact length inside.
+// Rays through a VoxelTree (or DualTree): each voxel with particles once, in order, with the exact
+// length inside.
 //
-// Nested DDA over blocks, leaves and voxels (after Amanatides and Woo, A Fast Voxel Traversal Algorithm, 1987). The lower levels start
-// again from the ray's equation at every node, so errors do not add up; inside a leaf the walk has no branches. Positions are
-// the tree's corner coordinates, moved to where the ray enters the volume: a camera far away loses no digits.
-// Axis-parallel directions and -0 need no care of the caller. A ray exactly in a face belongs to the voxel above it.
+// Nested DDA over blocks, leaves and voxels (after Amanatides and Woo, A Fast Voxel Traversal
+// Algorithm, 1987). The lower levels start again from the ray's equation at every node, so errors
+// do not add up; inside a leaf the walk has no branches. Positions are the tree's corner
+// coordinates, moved to where the ray enters the volume: a camera far away loses no digits.
+// Axis-parallel directions and -0 need no care of the caller. A ray exactly in a face belongs to
+// the voxel above it.
 #pragma once
 
 #include <algorithm>
@@ -21,9 +24,11 @@ namespace volcomp {
 /// A ray, and what its way through cells of any size needs to know of it.
 class MarchRay {
 public:
-    /// From `origin` along `direction` (unit length), corner coordinates, for t in [start, length]; `length` may be infinite.
+    /// From `origin` along `direction` (unit length), corner coordinates, for t in [start, length];
+    /// `length` may be infinite.
     template <class Tree>
-    MarchRay(const Tree& tree, const Vec3d& origin, const Vec3d& direction, double length, double start = 0)
+    MarchRay(const Tree& tree, const Vec3d& origin, const Vec3d& direction, double length,
+             double start = 0)
     {
         const openvdb::CoordBBox& box = tree.bounds();
         t0 = start;
@@ -34,15 +39,19 @@ public:
             inverse[a] = d[a] == 0 ? kFar : 1 / d[a];
             sign[a] = d[a] < 0 ? -1 : 1;
             upper[a] = d[a] < 0 ? 0 : 1;
-            const double low = (box.min()[a] - o[a]) * inverse[a], high = (box.max()[a] + 1.0 - o[a]) * inverse[a];
+            const double low = (box.min()[a] - o[a]) * inverse[a],
+                         high = (box.max()[a] + 1.0 - o[a]) * inverse[a];
             t0 = std::max(t0, std::min(low, high));
             t1 = std::min(t1, std::max(low, high));
         }
         hits = !tree.empty() && t0 < t1;
-        for (int m = 0; m < 8; ++m) step[m] = (m & 1 ? sign[0] * 65536 : 0) + (m & 2 ? sign[1] * 256 : 0) + (m & 4 ? sign[2] : 0);
+        for (int m = 0; m < 8; ++m)
+            step[m] =
+                (m & 1 ? sign[0] * 65536 : 0) + (m & 2 ? sign[1] * 256 : 0) + (m & 4 ? sign[2] : 0);
     }
 
-    /// The same direction from elsewhere, for rays whose origin lies in the volume and that end in it.
+    /// The same direction from elsewhere, for rays whose origin lies in the volume and that end in
+    /// it.
     MarchRay from(const Vec3d& origin, double length) const
     {
         MarchRay r = *this;
@@ -93,7 +102,9 @@ struct CellWalk {
     template <int kParent>
     bool inside(const CellWalk<kParent>& parent) const
     {
-        return !(((cell[0] ^ parent.cell[0]) | (cell[1] ^ parent.cell[1]) | (cell[2] ^ parent.cell[2])) & ~(kParent - 1));
+        return !(
+            ((cell[0] ^ parent.cell[0]) | (cell[1] ^ parent.cell[1]) | (cell[2] ^ parent.cell[2]))
+            & ~(kParent - 1));
     }
     double end() const { return std::min(next[0], std::min(next[1], next[2])); }
     void advance(const MarchRay& r)
@@ -141,19 +152,21 @@ void forEachLeaf(const Tree& tree, const MarchRay& r, F&& f)
     }
 }
 
-/// Calls f(voxel offset in the leaf, t, t_end) for the voxels of a leaf along the ray, empty ones too. t_end of the last voxel may lie
-/// behind the ray's t1.
+/// Calls f(voxel offset in the leaf, t, t_end) for the voxels of a leaf along the ray, empty ones
+/// too. t_end of the last voxel may lie behind the ray's t1.
 template <class F>
 inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
 {
 #if defined(__AVX2__) && defined(__BMI2__)
-    // One axis a lane; the voxel packed a byte an axis, so that a step is one addition and leaving the leaf sets a bit above the low 3.
+    // One axis a lane; the voxel packed a byte an axis, so that a step is one addition and leaving
+    // the leaf sets a bit above the low 3.
     __m256d next = _mm256_set_pd(MarchRay::kFar, start.next[2], start.next[1], start.next[0]);
     const __m256d delta = _mm256_set_pd(0, start.delta[2], start.delta[1], start.delta[0]);
     double t = start.t;
     int p = (start.cell[0] & 7) << 16 | (start.cell[1] & 7) << 8 | (start.cell[2] & 7);
     do {
-        __m256d least = _mm256_min_pd(_mm256_min_pd(next, _mm256_permute4x64_pd(next, 0xC9)), _mm256_permute4x64_pd(next, 0xD2));
+        __m256d least = _mm256_min_pd(_mm256_min_pd(next, _mm256_permute4x64_pd(next, 0xC9)),
+                                      _mm256_permute4x64_pd(next, 0xD2));
         const double end = _mm256_cvtsd_f64(least);
         f(int(_pext_u32(unsigned(p), 0x070707)), t, end);
         t = end;
@@ -168,7 +181,8 @@ inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
         const double end = std::min(next[0], std::min(next[1], next[2]));
         f((p >> 10 & 0x1C0) | (p >> 5 & 0x38) | (p & 7), t, end);
         t = end;
-        const int crossed = int(next[0] <= end) | int(next[1] <= end) << 1 | int(next[2] <= end) << 2;
+        const int crossed =
+            int(next[0] <= end) | int(next[1] <= end) << 1 | int(next[2] <= end) << 2;
         for (int a = 0; a < 3; ++a) next[a] += next[a] <= end ? start.delta[a] : 0;
         p += r.step[crossed];
     } while (!(p & 0xF8F8F8));
@@ -181,7 +195,8 @@ struct LeafWay {
     double times[33];
     int count = 0;
 
-    LeafWay(const MarchRay& r, const CellWalk<1>& start) // NOLINT(cppcoreguidelines-pro-type-member-init): written as far as they are used
+    LeafWay(const MarchRay& r, const CellWalk<1>& start) // NOLINT(cppcoreguidelines-pro-type-member-init):
+                                                         // written as far as they are used
     {
         times[0] = start.t;
         forEachVoxel(r, start, [this](int voxel, double, double end) {
@@ -193,8 +208,8 @@ struct LeafWay {
 
 /// The density's integral over the ray's way through one leaf; `clip` where the ray may end in it.
 template <bool kFibre>
-inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start, double t_end, bool clip,
-                           const Vec3d& d_world)
+inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf,
+                           const CellWalk<1>& start, double t_end, bool clip, const Vec3d& d_world)
 {
     const float* density = tree.densities(leaf);
     const bool fibres = kFibre && tree.leaf(leaf).directed_fibres;
@@ -205,31 +220,39 @@ inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, c
     } else if (fibres)
         forEachVoxel(r, start, [&](int voxel, double t, double end) {
             if (density[voxel] > 0)
-                part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t) * tree.fibreFactor(leaf, voxel, d_world);
+                part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t)
+                    * tree.fibreFactor(leaf, voxel, d_world);
         });
     else if (clip)
-        forEachVoxel(r, start,
-                     [&](int voxel, double t, double end) { part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t); });
-    else forEachVoxel(r, start, [&](int voxel, double t, double end) { part += double(density[voxel]) * (end - t); });
+        forEachVoxel(r, start, [&](int voxel, double t, double end) {
+            part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t);
+        });
+    else
+        forEachVoxel(r, start, [&](int voxel, double t, double end) {
+            part += double(density[voxel]) * (end - t);
+        });
     return part;
 }
 
-/// The density's integral along the ray, box filter, in density x voxels; `d_world` is the ray's direction for fibre extinction.
-/// Stops (with what it has) where the integral exceeds `stop`.
+/// The density's integral along the ray, box filter, in density x voxels; `d_world` is the ray's
+/// direction for fibre extinction. Stops (with what it has) where the integral exceeds `stop`.
 template <bool kFibre>
 double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_world, double stop)
 {
     double sum = 0;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
-        sum += leafIntegral<kFibre>(tree, r, span.leaf, *span.start, span.t_end, span.t_end >= r.t1, d_world);
+        sum += leafIntegral<kFibre>(tree, r, span.leaf, *span.start, span.t_end, span.t_end >= r.t1,
+                                    d_world);
         return sum < stop;
     });
     return sum;
 }
 
-/// The same for a ray that begins in voxel `cell` or on its faces, crosses a few leaves at most and has been given its origin and length only.
+/// The same for a ray that begins in voxel `cell` or on its faces, crosses a few leaves at most and
+/// has been given its origin and length only.
 template <bool kFibre>
-double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell, const Vec3d& d_world)
+double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell,
+                     const Vec3d& d_world)
 {
     double sum = 0;
     CellWalk<kLeafDim> leaves(r);

@@ -23,9 +23,11 @@ void ShadowSweep::Rectangle::add(const Rectangle& r)
     }
 }
 
-ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights, const std::vector<float>& seen, double extinction,
-                         double darkest, bool fibre)
-    : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)), m_fibre(fibre && tree.hasDirectedFibres())
+ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
+                         const std::vector<float>& seen, double extinction, double darkest,
+                         bool fibre)
+    : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)),
+      m_fibre(fibre && tree.hasDirectedFibres())
 {
     struct Job {
         std::size_t light;
@@ -38,15 +40,17 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
         const bool directional = light.kind == LightKind::directional;
         for (int side = 0; side < (directional ? 1 : 6) && !tree.empty(); ++side) {
             Job& job = jobs.emplace_back(Job{m_directional.size(), side, {}});
-            job.field.lattice = directional ? LightLattice::parallel(tree.directionToCorner(light.direction), kSpacing)
-                                            : LightLattice::fan(tree.toCorner(light.position), side / 2, side % 2 ? 1 : -1);
+            job.field.lattice = directional
+                ? LightLattice::parallel(tree.directionToCorner(light.direction), kSpacing)
+                : LightLattice::fan(tree.toCorner(light.position), side / 2, side % 2 ? 1 : -1);
         }
         m_directional.push_back(directional);
         m_field_of.push_back({-1, -1, -1, -1, -1, -1});
     }
     // A light waits for its threads after every layer; meanwhile they work for another.
-    tbb::parallel_for(std::size_t(0), jobs.size(),
-                      [&](std::size_t i) { jobs[i].asked = Sweeper(*this, jobs[i].field, lights[jobs[i].light], seen).run(); });
+    tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) {
+        jobs[i].asked = Sweeper(*this, jobs[i].field, lights[jobs[i].light], seen).run();
+    });
     for (Job& job : jobs)
         if (job.asked) {
             m_field_of[job.light][job.side] = int(m_fields.size());
@@ -58,7 +62,9 @@ const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L
 {
     int side = 0;
     if (!m_directional[light]) {
-        const int a = std::abs(L[0]) >= std::abs(L[1]) && std::abs(L[0]) >= std::abs(L[2]) ? 0 : std::abs(L[1]) >= std::abs(L[2]) ? 1 : 2;
+        const int a = std::abs(L[0]) >= std::abs(L[1]) && std::abs(L[0]) >= std::abs(L[2]) ? 0
+            : std::abs(L[1]) >= std::abs(L[2])                                             ? 1
+                                                                                           : 2;
         side = 2 * a + (L[a] < 0); // the light goes the other way
     }
     return m_field_of[light][side] < 0 ? nullptr : &m_fields[m_field_of[light][side]];
@@ -67,7 +73,9 @@ const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L
 std::int32_t ShadowSweep::Field::patch(int plane, int bundle_b, int bundle_c) const
 {
     const Plane& at = planes[plane];
-    return at.bundles.holds(bundle_b, bundle_c) ? patches[at.first + at.bundles.index(bundle_b, bundle_c)] : kUnknown;
+    return at.bundles.holds(bundle_b, bundle_c)
+        ? patches[at.first + at.bundles.index(bundle_b, bundle_c)]
+        : kUnknown;
 }
 
 namespace {
@@ -97,14 +105,15 @@ double between(const std::uint8_t* codes, int stride_u, int stride_v, double u, 
     const int i = int(u), j = int(v);
     const std::uint8_t* c = codes + i * stride_u + j * stride_v;
     const double x = u - i, y = v - j;
-    return (1 - x) * ((1 - y) * c[0] + y * c[stride_v]) + x * ((1 - y) * c[stride_u] + y * c[stride_u + stride_v]);
+    return (1 - x) * ((1 - y) * c[0] + y * c[stride_v])
+        + x * ((1 - y) * c[stride_u] + y * c[stride_u + stride_v]);
 }
 
 } // namespace
 
 // The code between rays kStride apart.
-bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane, double darkest, double& code,
-                                   bool& fine) const
+bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane,
+                                   double darkest, double& code, bool& fine) const
 {
     const Place place(lattice, p, L, to_plane, first_s + double(kLeafDim) * plane, kBundle);
     const std::int32_t at = patch(plane, place.bundle_b, place.bundle_c);
@@ -114,19 +123,22 @@ bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, do
     else if (at == kDark) code = 255 * std::exp(-darkest);
     else {
         const std::uint8_t* c = &codes[std::size_t(at >> 1) * kUnit];
-        if (at & 1) code = between(c, kStride * kSide, kStride, place.u * (1.0 / kStride), place.v * (1.0 / kStride));
+        if (at & 1)
+            code = between(c, kStride * kSide, kStride, place.u * (1.0 / kStride),
+                           place.v * (1.0 / kStride));
         else code = between(c, kRoughSide, 1, place.u * (1.0 / kStride), place.v * (1.0 / kStride));
     }
     return true;
 }
 
-bool ShadowSweep::roughLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L, double distance, double& passes,
-                             bool& fine) const
+bool ShadowSweep::roughLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L,
+                             double distance, double& passes, bool& fine) const
 {
     const Field* f = fieldOf(light, L);
     if (!f) return false;
     const int a = f->lattice.a, low = cell[a] & ~(kLeafDim - 1);
-    const double s = f->lattice.sign > 0 ? low : -(low + double(kLeafDim)), slices = f->lattice.travel(p) - s, stretch = 1 / std::abs(L[a]);
+    const double s = f->lattice.sign > 0 ? low : -(low + double(kLeafDim)),
+                 slices = f->lattice.travel(p) - s, stretch = 1 / std::abs(L[a]);
     const int plane = int((s - f->first_s) * (1.0 / kLeafDim));
     if (s < f->first_s || plane + 1 >= int(f->planes.size()) || distance <= slices * stretch
         || (f->lattice.fans && s <= f->lattice.s0 + 1e-3))
@@ -134,15 +146,16 @@ bool ShadowSweep::roughLight(std::size_t light, const int* cell, const Vec3d& p,
     double before, behind;
     bool behind_fine;
     if (!f->roughCode(plane, p, L, slices * stretch, m_darkest, before, fine)
-        || !f->roughCode(plane + 1, p, L, (slices - kLeafDim) * stretch, m_darkest, behind, behind_fine))
+        || !f->roughCode(plane + 1, p, L, (slices - kLeafDim) * stretch, m_darkest, behind,
+                         behind_fine))
         return false;
     const double code = (before + (behind - before) * slices * (1.0 / kLeafDim)) * (1.0 / 255);
     passes = code * code;
     return true;
 }
 
-bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L, double distance, double& way,
-                          double& depth) const
+bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L,
+                          double distance, double& way, double& depth) const
 {
     const Field* f = fieldOf(light, L);
     if (!f) return false;
@@ -164,15 +177,20 @@ bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, co
     if (patch == kBright) depth = 0;
     else if (patch == kDark) depth = 2 * m_darkest;
     else
-        depth =
-            -2 * std::log(std::max(between(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1, place.u, place.v), 0.25) * (1.0 / 255));
+        depth = -2
+            * std::log(std::max(between(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1,
+                                        place.u, place.v),
+                                0.25)
+                       * (1.0 / 255));
     return true;
 }
 
 std::size_t ShadowSweep::memoryBytes() const
 {
     std::size_t bytes = 0;
-    for (const Field& f : m_fields) bytes += f.planes.size() * sizeof(Plane) + f.patches.size() * sizeof(std::int32_t) + f.codes.size();
+    for (const Field& f : m_fields)
+        bytes += f.planes.size() * sizeof(Plane) + f.patches.size() * sizeof(std::int32_t)
+            + f.codes.size();
     return bytes;
 }
 

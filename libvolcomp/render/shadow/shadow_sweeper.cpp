@@ -16,7 +16,8 @@ inline float codeOf(float x)
     const float y = std::max(-x * 0.72134752f, -60.0f); // log2
     const int whole = int(y) - 1;                       // y < 0: at or below floor(y)
     const float f = y - float(whole);                   // 0 ... 2
-    const float p = 1 + f * (0.69315f + f * (0.240227f + f * (0.0555041f + f * (0.00961813f + f * 0.00133336f))));
+    const float p = 1
+        + f * (0.69315f + f * (0.240227f + f * (0.0555041f + f * (0.00961813f + f * 0.00133336f))));
     const std::int32_t bits = (whole + 127) << 23;
     float scale;
     std::memcpy(&scale, &bits, sizeof scale);
@@ -59,7 +60,8 @@ void ShadowSweep::Sweeper::sortLeaves()
     m_cells.resize(layers);
     m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
         const int layer = (origin[a] - box.min()[a]) / kLeafDim;
-        m_cells[m_lattice.sign > 0 ? layer : layers - 1 - layer].push_back({leaf, origin[m_lattice.b], origin[m_lattice.c], {}});
+        m_cells[m_lattice.sign > 0 ? layer : layers - 1 - layer].push_back(
+            {leaf, origin[m_lattice.b], origin[m_lattice.c], {}});
     });
 }
 
@@ -82,7 +84,8 @@ bool ShadowSweep::Sweeper::asks(const Cell& cell, int layer) const
     const double distance = middle.length(), radius = kLeafDim * 0.87;
     if (distance <= radius) return true;
     const double cosine = m_tree.directionToWorld(middle / distance).dot(m_light.direction);
-    return std::acos(std::min(1.0, std::max(-1.0, cosine))) - std::asin(radius / distance) <= m_light.angle;
+    return std::acos(std::min(1.0, std::max(-1.0, cosine))) - std::asin(radius / distance)
+        <= m_light.angle;
 }
 
 void ShadowSweep::Sweeper::setSpacing()
@@ -90,9 +93,11 @@ void ShadowSweep::Sweeper::setSpacing()
     if (!m_lattice.fans) return;
     int farthest = 0;
     for (int layer = 0; layer < int(m_cells.size()); ++layer)
-        if (std::any_of(m_cells[layer].begin(), m_cells[layer].end(), [&](const Cell& cell) { return asks(cell, layer); }))
+        if (std::any_of(m_cells[layer].begin(), m_cells[layer].end(),
+                        [&](const Cell& cell) { return asks(cell, layer); }))
             farthest = layer;
-    m_lattice.setFanSpacing(kSpacing, planeAt(farthest + 1)); // up to the far side: no wider than Row::pass() can take
+    m_lattice.setFanSpacing(
+        kSpacing, planeAt(farthest + 1)); // up to the far side: no wider than Row::pass() can take
     m_field.lattice = m_lattice;
 }
 
@@ -131,7 +136,8 @@ void ShadowSweep::Sweeper::markNeeded()
     for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
         for (const Cell& cell : m_cells[layer])
             if (cell.asks)
-                for (const std::size_t p : {layer, layer + 1}) m_field.planes[p].bundles.add(cell.under);
+                for (const std::size_t p : {layer, layer + 1})
+                    m_field.planes[p].bundles.add(cell.under);
     std::size_t size = 0;
     for (Plane& plane : m_field.planes) {
         plane.first = size;
@@ -146,7 +152,8 @@ void ShadowSweep::Sweeper::markNeeded()
             if (cell.asks)
                 for (const std::size_t p : {layer, layer + 1})
                     forEachBundle(cell.under, [&](int b, int c) {
-                        const std::size_t at = m_field.planes[p].first + m_field.planes[p].bundles.index(b, c);
+                        const std::size_t at =
+                            m_field.planes[p].first + m_field.planes[p].bundles.index(b, c);
                         m_field.patches[at] = kBright;
                         if (p == layer) m_weights[at] = std::max(m_weights[at], m_seen[cell.leaf]);
                         m_last[m_all.index(b, c)] = int(p);
@@ -180,10 +187,12 @@ void ShadowSweep::Sweeper::keep(int layer)
         next += (p.fine ? kRays : kRoughRays) / kUnit;
     }
     m_field.codes.resize(next * kUnit);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, patches.size(), 16), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i)
-            write(patches[i].b, patches[i].c, patches[i].fine, &m_field.codes[std::size_t(*patches[i].patch >> 1) * kUnit]);
-    });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, patches.size(), 16),
+                      [&](const auto& range) {
+                          for (std::size_t i = range.begin(); i < range.end(); ++i)
+                              write(patches[i].b, patches[i].c, patches[i].fine,
+                                    &m_field.codes[std::size_t(*patches[i].patch >> 1) * kUnit]);
+                      });
 }
 
 // Of ray (b, c), for a unit of travel.
@@ -199,7 +208,9 @@ void ShadowSweep::Sweeper::write(int b, int c, bool fine, std::uint8_t* codes) c
     float scale[kSide];
     for (int row = 0; row < kSide; row += step) {
         if (row == 0 || m_lattice.fans)
-            for (int j = 0; j < kSide; ++j) scale[j] = float(m_sweep.m_extinction * rayLength(b * kBundle + row, c * kBundle + j));
+            for (int j = 0; j < kSide; ++j)
+                scale[j] =
+                    float(m_sweep.m_extinction * rayLength(b * kBundle + row, c * kBundle + j));
         float values[kSide];
         for (int j = 0; j < kSide; ++j) values[j] = codeOf(sums[row * kSide + j] * scale[j]) + 0.5f;
         for (int j = 0; j < kSide; j += step) *codes++ = std::uint8_t(values[j]);

@@ -10,11 +10,14 @@
 
 namespace volcomp {
 
-/// Fills one field: what is asked for (shadow_sweeper.cpp), then, layer by layer, keeps it and moves the light on (shadow_sweeper_push.cpp).
+/// Fills one field: what is asked for (shadow_sweeper.cpp), then, layer by layer, keeps it and
+/// moves the light on (shadow_sweeper_push.cpp).
 class ShadowSweep::Sweeper {
 public:
-    Sweeper(const ShadowSweep& sweep, Field& field, const Light& light, const std::vector<float>& seen)
-        : m_sweep(sweep), m_tree(sweep.m_tree), m_field(field), m_lattice(field.lattice), m_light(light), m_seen(seen)
+    Sweeper(const ShadowSweep& sweep, Field& field, const Light& light,
+            const std::vector<float>& seen)
+        : m_sweep(sweep), m_tree(sweep.m_tree), m_field(field), m_lattice(field.lattice),
+          m_light(light), m_seen(seen)
     {
     }
 
@@ -28,14 +31,17 @@ private:
         bool asks = false; // for light
     };
     struct Bundle {
-        std::unique_ptr<float[]> sums; ///< density x slices along each ray; none before the first particle
-        int stamp = -1;                ///< layer it was last moved through
+        std::unique_ptr<float[]>
+            sums;       ///< density x slices along each ray; none before the first particle
+        int stamp = -1; ///< layer it was last moved through
         bool dark = false;
         float least = 0; ///< of the sums
     };
     static constexpr int kMaxLeaves = 4; // under a bundle in a layer, along b or c
-    static constexpr int kBlockDim3 = kMaxLeaves * kLeafDim, kBlockSize = kBlockDim3 * kBlockDim3 * kLeafDim;
-    static constexpr int kMargin = kBlockDim3 * kLeafDim + kLeafDim; // around the block, read with weight 0
+    static constexpr int kBlockDim3 = kMaxLeaves * kLeafDim,
+                         kBlockSize = kBlockDim3 * kBlockDim3 * kLeafDim;
+    static constexpr int kMargin =
+        kBlockDim3 * kLeafDim + kLeafDim; // around the block, read with weight 0
     struct Scratch {
         std::vector<float> block = std::vector<float>(kBlockSize + 2 * kMargin);
     };
@@ -55,7 +61,8 @@ private:
     void makeEffective(const Cell& cell, int layer, float* to) const;
     void move(int bundle_b, int bundle_c, int layer, double s, double end, Scratch& scratch);
     struct Row;
-    bool fill(int layer, const int* low, const int* count, int row_stride, int slice_stride, float* block) const;
+    bool fill(int layer, const int* low, const int* count, int row_stride, int slice_stride,
+              float* block) const;
 
     const ShadowSweep& m_sweep;
     const VoxelTree& m_tree;

@@ -1,8 +1,9 @@
 // The volume for the trilinear filter: cells between eight voxel centres, in blocks of 8^3 cells.
 //
-// Coordinates are VoxelTree's corner coordinates less half a voxel: cell (i,j,k) is [i,i+1)^3 and its corners are the centres of the voxels
-// (i,j,k) to (i+1,j+1,k+1). The class offers what forEachLeaf() and MarchRay ask of a tree. It holds places only; the 9^3 densities that
-// a block's cells need are gathered by each thread where its rays come by, and forgotten again.
+// Coordinates are VoxelTree's corner coordinates less half a voxel: cell (i,j,k) is [i,i+1)^3 and
+// its corners are the centres of the voxels (i,j,k) to (i+1,j+1,k+1). The class offers what
+// forEachLeaf() and MarchRay ask of a tree. It holds places only; the 9^3 densities that a block's
+// cells need are gathered by each thread where its rays come by, and forgotten again.
 #pragma once
 
 #include <array>
@@ -20,7 +21,9 @@ namespace volcomp {
 /// The tree of the cells between voxel centres; walked as a VoxelTree is.
 class DualTree {
 public:
-    static constexpr int kDim = kLeafDim + 1, kValues = kDim * kDim * kDim; ///< densities along an edge of a block, and in it
+    static constexpr int kDim = kLeafDim + 1,
+                         kValues =
+                             kDim * kDim * kDim; ///< densities along an edge of a block, and in it
 
     /// `tree` must outlive this.
     explicit DualTree(const VoxelTree& tree);
@@ -34,7 +37,8 @@ public:
     }
     int leafIn(int block, int x, int y, int z) const
     {
-        return m_children[std::size_t(block) * 4096 + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))];
+        return m_children[std::size_t(block) * 4096
+                          + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))];
     }
 
     struct Corner { ///< a voxel of the tree; density > 0 only where leaf != VoxelTree::kEmpty
@@ -43,7 +47,8 @@ public:
     /// Corner (x,y,z), number 4 x + 2 y + z, of a cell; its offset is as VoxelTree::offset().
     Corner corner(int leaf, int cell, int number) const
     {
-        const int x = (cell >> 6) + (number >> 2), y = (cell >> 3 & 7) + (number >> 1 & 1), z = (cell & 7) + (number & 1);
+        const int x = (cell >> 6) + (number >> 2), y = (cell >> 3 & 7) + (number >> 1 & 1),
+                  z = (cell & 7) + (number & 1);
         return {m_leaves[leaf][(x >> 3) << 2 | (y >> 3) << 1 | z >> 3], VoxelTree::offset(x, y, z)};
     }
 
@@ -65,7 +70,8 @@ public:
         }
 
     private:
-        static constexpr int kBits = 12, kStride = 736; // 12 MB a thread; a tile's rays of the finest voxels meet about 1,000 blocks
+        static constexpr int kBits = 12, kStride = 736; // 12 MB a thread; a tile's rays of the
+                                                        // finest voxels meet about 1,000 blocks
         void allocate();
 
         const DualTree& m_dual;
@@ -74,7 +80,10 @@ public:
     };
     Gathered& gathered() const { return m_gathered.local(); } ///< this thread's
 
-    std::size_t memoryBytes() const { return m_leaves.size() * sizeof(m_leaves[0]) + m_children.size() * sizeof(std::int32_t); }
+    std::size_t memoryBytes() const
+    {
+        return m_leaves.size() * sizeof(m_leaves[0]) + m_children.size() * sizeof(std::int32_t);
+    }
 
 private:
     void gather(int leaf, float* values) const;
@@ -83,7 +92,8 @@ private:
     openvdb::CoordBBox m_bounds;
     std::unordered_map<openvdb::Coord, int> m_blocks;
     std::vector<std::int32_t> m_children;
-    std::vector<std::array<std::int32_t, 8>> m_leaves; ///< of the tree, whose voxels a block's cells lie between
+    std::vector<std::array<std::int32_t, 8>>
+        m_leaves; ///< of the tree, whose voxels a block's cells lie between
     mutable tbb::enumerable_thread_specific<Gathered> m_gathered;
 };
 

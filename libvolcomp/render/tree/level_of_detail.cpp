@@ -5,8 +5,10 @@
 
 namespace volcomp {
 
-LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels, const std::vector<Material>& part_materials,
-                             const std::vector<Light>& lights, const RenderParams& params, const CameraRays& rays, const Crop& crop)
+LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
+                             const std::vector<Material>& part_materials,
+                             const std::vector<Light>& lights, const RenderParams& params,
+                             const CameraRays& rays, const Crop& crop)
     : m_materials(part_materials), m_lights(lights), m_params(params)
 {
     for (const VoxelLevel& level : levels) {
@@ -21,23 +23,27 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels, const std::v
 void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop)
 {
     const VoxelTree& tree = *level.tree;
-    tbb::enumerable_thread_specific<std::vector<float>> local(std::vector<float>(tree.leafCount(), 0));
+    tbb::enumerable_thread_specific<std::vector<float>> local(
+        std::vector<float>(tree.leafCount(), 0));
     tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
         for (int x = 0; x < crop.width; x += 2) {
             const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
-            level.integrator->markLeaves(ray.origin, ray.direction, level.start, level.end, local.local());
+            level.integrator->markLeaves(ray.origin, ray.direction, level.start, level.end,
+                                         local.local());
         }
     });
     std::vector<float> seen(tree.leafCount(), 0);
     for (const std::vector<float>& part : local)
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     const Integrator& integrator = *level.integrator;
-    level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(), integrator.darkest(),
+    level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(),
+                                                      integrator.darkest(),
                                                       m_params.extinction == Extinction::fibre);
     level.integrator->useSweep(*level.sweep);
 }
 
-RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction, Integrator::Scratch& scratch) const
+RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
+                               Integrator::Scratch& scratch) const
 {
     RaySample sample;
     ++scratch.counts.rays;
@@ -52,7 +58,8 @@ RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction, Inte
 std::size_t LevelOfDetail::memoryBytes() const
 {
     std::size_t bytes = 0;
-    for (const Level& l : m_levels) bytes += l.tree->memoryBytes() + (l.sweep ? l.sweep->memoryBytes() : 0);
+    for (const Level& l : m_levels)
+        bytes += l.tree->memoryBytes() + (l.sweep ? l.sweep->memoryBytes() : 0);
     return bytes;
 }
 

@@ -26,27 +26,31 @@ struct Range {
     double start, end;
 };
 
-// The levels between which a pixel's width changes on its way through the box, axes and units of which are those of `eye`; as if there were endless levels.
-std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& high, double voxel, const Camera& camera,
-                            const RenderParams& params)
+// The levels between which a pixel's width changes on its way through the box, axes and units of
+// which are those of `eye`; as if there were endless levels.
+std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& high, double voxel,
+                            const Camera& camera, const RenderParams& params)
 {
     double nearest = 0, farthest = 0;
     for (int a = 0; a < 3; ++a) {
         const double below = low[a] - eye[a], above = high[a] - eye[a];
-        const double outside = std::max({below, -above, 0.0}), most = std::max(std::abs(below), std::abs(above));
+        const double outside = std::max({below, -above, 0.0}),
+                     most = std::max(std::abs(below), std::abs(above));
         nearest += outside * outside;
         farthest += most * most;
     }
     nearest = std::sqrt(nearest);
     farthest = std::sqrt(farthest);
     const bool perspective = camera.projection == Projection::perspective;
-    const double pixel = perspective ? 2 * std::tan(camera.field_of_view / 2) / params.width : camera.width / params.width;
+    const double pixel = perspective ? 2 * std::tan(camera.field_of_view / 2) / params.width
+                                     : camera.width / params.width;
     constexpr double kEndless = std::numeric_limits<double>::infinity();
     std::vector<Range> ranges;
     double start = 0;
     int level = 0;
     for (;; ++level) {
-        const double width = voxel * std::ldexp(kVoxelsPerPixel, level + 1); // of a pixel, for the next level
+        const double width =
+            voxel * std::ldexp(kVoxelsPerPixel, level + 1); // of a pixel, for the next level
         const double next = perspective ? width / pixel : width <= pixel ? 0 : kEndless;
         if (!(next <= farthest)) break;
         if (next <= nearest || next <= start) continue;
@@ -60,7 +64,10 @@ std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& hig
 // Levels one after another, each made of the one before.
 class Maker {
 public:
-    Maker(std::shared_ptr<const VoxelTree> finest, double tau) : m_tree(std::move(finest)), m_tau(tau) { }
+    Maker(std::shared_ptr<const VoxelTree> finest, double tau)
+        : m_tree(std::move(finest)), m_tau(tau)
+    {
+    }
 
     bool hasNext() const { return !m_tree->empty() && m_tree->voxelCount() > kFewestVoxels; }
     void next()
@@ -77,7 +84,8 @@ private:
     int m_level = 0;
 };
 
-// A tree for each range; treeAt() gives the coarsest where there is none so coarse, always the same.
+// A tree for each range; treeAt() gives the coarsest where there is none so coarse, always the
+// same.
 template <class F>
 std::vector<VoxelLevel> levelsFor(const std::vector<Range>& ranges, F&& treeAt)
 {
@@ -92,7 +100,10 @@ std::vector<VoxelLevel> levelsFor(const std::vector<Range>& ranges, F&& treeAt)
 
 // Corners of the leaves in world units, along the axes of the grid.
 Vec3d lowCorner(const VoxelTree& tree) { return tree.bounds().min().asVec3d() * tree.voxelSize(); }
-Vec3d highCorner(const VoxelTree& tree) { return (tree.bounds().max().asVec3d() + Vec3d(1.0)) * tree.voxelSize(); }
+Vec3d highCorner(const VoxelTree& tree)
+{
+    return (tree.bounds().max().asVec3d() + Vec3d(1.0)) * tree.voxelSize();
+}
 
 // What the files of levels say of the volume that they were made from.
 struct Stored {
@@ -114,14 +125,16 @@ Stored stored(const fs::path& volume, double tau)
             break;
         }
         const auto is = [&](const char* key, const auto& value) {
-            const auto found = meta.getMetadata<openvdb::TypedMetadata<std::decay_t<decltype(value)>>>(key);
+            const auto found =
+                meta.getMetadata<openvdb::TypedMetadata<std::decay_t<decltype(value)>>>(key);
             return found && found->value() == value;
         };
         if (of.empty()) of = volumeIdentifier(volume);
         if (!is(kOf, of) || !is(kTau, tau)) break;
         if (!is(kLast, true)) continue;
         const auto voxel = meta.getMetadata<openvdb::DoubleMetadata>(kVoxel);
-        const auto low = meta.getMetadata<openvdb::Vec3DMetadata>(kLow), high = meta.getMetadata<openvdb::Vec3DMetadata>(kHigh);
+        const auto low = meta.getMetadata<openvdb::Vec3DMetadata>(kLow),
+                   high = meta.getMetadata<openvdb::Vec3DMetadata>(kHigh);
         if (voxel && low && high) s = {n, voxel->value(), low->value(), high->value()};
         break;
     }
@@ -145,8 +158,11 @@ PackedVolume packed(const VoxelTree& tree)
         int leaf;
     };
     std::vector<Place> places;
-    tree.forEachCell([&](const openvdb::Coord& origin, int leaf) { places.push_back({origin, leaf}); });
-    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return inTreeOrder(a.origin, b.origin); });
+    tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
+        places.push_back({origin, leaf});
+    });
+    std::sort(places.begin(), places.end(),
+              [](const Place& a, const Place& b) { return inTreeOrder(a.origin, b.origin); });
     struct Voxel {
         int n;
         float density;
@@ -163,15 +179,19 @@ PackedVolume packed(const VoxelTree& tree)
             if (!(leaf.mask[n >> 6] >> (n & 63) & 1)) continue;
             const VoxelTree::Shown s = tree.shown(place.leaf, n);
             tree.contents(place.leaf, n, [&](const VoxelContent& c) {
-                const Vec3d direction = c.directed ? c.direction * (1 - VoxelTree::spreadOf(c.spread_code)) : Vec3d(0.0);
-                voxels[c.part].push_back({n, c.density, halves(direction), halves(c.colour), halves(Vec3d(s[0], s[1], s[2]))});
+                const Vec3d direction = c.directed
+                    ? c.direction * (1 - VoxelTree::spreadOf(c.spread_code))
+                    : Vec3d(0.0);
+                voxels[c.part].push_back({n, c.density, halves(direction), halves(c.colour),
+                                          halves(Vec3d(s[0], s[1], s[2]))});
             });
         }
         for (std::size_t p = 0; p < voxels.size(); ++p) {
             if (voxels[p].empty()) continue;
             PackedPart& part = volume.parts[p];
             PackedBlock block{place.origin, std::uint32_t(voxels[p].size()), {}, nullptr};
-            block.values = part.stores[0].allocate(block.count * PackedPart::voxelBytes(true, true, true));
+            block.values =
+                part.stores[0].allocate(block.count * PackedPart::voxelBytes(true, true, true));
             for (std::size_t i = 0; i < voxels[p].size(); ++i) {
                 const Voxel& v = voxels[p][i];
                 block.mask[v.n >> 6] |= std::uint64_t(1) << (v.n & 63);
@@ -189,11 +209,13 @@ PackedVolume packed(const VoxelTree& tree)
 
 } // namespace
 
-std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, const Camera& camera, const RenderParams& params)
+std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, const Camera& camera,
+                                    const RenderParams& params)
 {
     if (!params.lod || finest->empty()) return {{std::move(finest)}};
     const Vec3d eye = finest->toCorner(camera.eye) * finest->voxelSize();
-    const std::vector<Range> ranges = rangesOf(eye, lowCorner(*finest), highCorner(*finest), finest->voxelSize(), camera, params);
+    const std::vector<Range> ranges =
+        rangesOf(eye, lowCorner(*finest), highCorner(*finest), finest->voxelSize(), camera, params);
     Maker maker(std::move(finest), params.tau);
     return levelsFor(ranges, [&](int level) {
         while (maker.level() < level && maker.hasNext()) maker.next();
@@ -201,10 +223,13 @@ std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, con
     });
 }
 
-std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& camera, const RenderParams& params, const Progress& progress)
+std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& camera,
+                                        const RenderParams& params, const Progress& progress)
 {
     const Stored s = params.lod ? stored(volume, params.tau) : Stored();
-    if (s.count == 0) return voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(volume, progress)), camera, params);
+    if (s.count == 0)
+        return voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(volume, progress)),
+                           camera, params);
     int last = -1;
     std::shared_ptr<const VoxelTree> tree;
     return levelsFor(rangesOf(camera.eye, s.low, s.high, s.voxel, camera, params), [&](int level) {
@@ -212,7 +237,8 @@ std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& ca
         if (level == last) return tree;
         const Progress next = last < 0 ? progress : Progress(); // the finest takes longest by far
         last = level;
-        return tree = std::make_shared<const VoxelTree>(readVoxelTree(level == 0 ? volume : levelFile(volume, level), next));
+        return tree = std::make_shared<const VoxelTree>(
+                   readVoxelTree(level == 0 ? volume : levelFile(volume, level), next));
     });
 }
 
@@ -229,7 +255,9 @@ void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progre
     openvdb::MetaMap meta;
     meta.insertMeta(kOf, openvdb::StringMetadata(volumeIdentifier(volume)));
     meta.insertMeta(kTau, openvdb::DoubleMetadata(tau));
-    Maker maker(std::make_shared<const VoxelTree>(readVoxelTree(volume, [&](double done) { report(progress, 0.4 * done); })), tau);
+    Maker maker(std::make_shared<const VoxelTree>(
+                    readVoxelTree(volume, [&](double done) { report(progress, 0.4 * done); })),
+                tau);
     const VoxelTree& finest = *maker.tree();
     meta.insertMeta(kVoxel, openvdb::DoubleMetadata(finest.voxelSize()));
     meta.insertMeta(kLow, openvdb::Vec3DMetadata(finest.origin() + lowCorner(finest)));
@@ -238,7 +266,8 @@ void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progre
     while (maker.hasNext()) {
         maker.next();
         if (maker.tree()->voxelCount() >> 28)
-            throw fileError(volume, "", "less than 2^28 voxels in each level to write", std::to_string(maker.tree()->voxelCount()),
+            throw fileError(volume, "", "less than 2^28 voxels in each level to write",
+                            std::to_string(maker.tree()->voxelCount()),
                             "Render without files of levels.");
         meta.insertMeta(kLast, openvdb::BoolMetadata(!maker.hasNext()));
         writeVolume(levelFile(volume, maker.level()), packed(*maker.tree()), meta);

@@ -1,10 +1,12 @@
-// The volume as the renderer reads it: three levels (hash of 128^3 blocks, table of 8^3 leaves, voxels), the density of all parts
-// as plain floats and the rest of a voxel in one record of 8 bytes.
+// The volume as the renderer reads it: three levels (hash of 128^3 blocks, table of 8^3 leaves,
+// voxels), the density of all parts as plain floats and the rest of a voxel in one record of 8
+// bytes.
 //
-// A record holds a direction (sign free, 2 x 12 bits, error < 7e-4 rad), its spread (6 bits, error < 0.0081), a colour
-// (3 x 10 bits of the square root, error < 0.1 % of the brightest colour in the leaf) and the part. Where parts meet, the record
-// points to a list instead, so that a volume of one part pays nothing for them. Active tiles are leaves of one record that any
-// number of places share.
+// A record holds a direction (sign free, 2 x 12 bits, error < 7e-4 rad), its spread (6 bits, error
+// < 0.0081), a colour (3 x 10 bits of the square root, error < 0.1 % of the brightest colour in the
+// leaf) and the part. Where parts meet, the record points to a list instead, so that a volume of
+// one part pays nothing for them. Active tiles are leaves of one record that any number of places
+// share.
 #pragma once
 
 #include <array>
@@ -51,15 +53,19 @@ public:
         bool directed_fibres = false; ///< some voxel's extinction depends on the ray's direction
     };
 
-    /// Packs a volume. Throws Error where a density is not finite or is negative, the grids' transforms differ or are not a uniform
-    /// scale with rotation and translation, or there are more voxels than 2^32.
+    /// Packs a volume. Throws Error where a density is not finite or is negative, the grids'
+    /// transforms differ or are not a uniform scale with rotation and translation, or there are
+    /// more voxels than 2^32.
     explicit VoxelTree(const Volume& volume);
-    /// The same, emptying each leaf of the grids as soon as it is packed, whoever else holds them. With grids whose leaves are still in the
-    /// file (readVolume(), delayed), the peak is the tree and the grids' topology.
+    /// The same, emptying each leaf of the grids as soon as it is packed, whoever else holds them.
+    /// With grids whose leaves are still in the file (readVolume(), delayed), the peak is the tree
+    /// and the grids' topology.
     explicit VoxelTree(Volume&& volume, const Progress& progress = {});
 
-    /// The same particles in voxels of twice the width, which keep the mean transmittance at `tau` of the columns through them and what they show
-    /// of light (coarserVoxel()), and the spread of the directions. Coarse voxel i holds the fine 2 i and 2 i + 1; toCorner() gives half the fine coordinates.
+    /// The same particles in voxels of twice the width, which keep the mean transmittance at `tau`
+    /// of the columns through them and what they show of light (coarserVoxel()), and the spread of
+    /// the directions. Coarse voxel i holds the fine 2 i and 2 i + 1; toCorner() gives half the
+    /// fine coordinates.
     static VoxelTree coarser(const VoxelTree& fine, double tau);
 
     /// What a part's grids said about it.
@@ -75,15 +81,25 @@ public:
     std::size_t leafCount() const { return m_leaves.size(); }
     std::size_t memoryBytes() const; ///< of all tables
     std::size_t densityBytes() const { return m_density.size() * sizeof(float); }
-    const openvdb::CoordBBox& bounds() const { return m_bounds; } ///< voxels, whole leaves, inclusive
-    const Vec3d& origin() const { return m_origin; }              ///< world position of corner coordinates 0
+    const openvdb::CoordBBox& bounds() const
+    {
+        return m_bounds;
+    }                                                ///< voxels, whole leaves, inclusive
+    const Vec3d& origin() const { return m_origin; } ///< world position of corner coordinates 0
     bool hasDirectedFibres() const { return m_directed_fibres; }
     float maxDensity() const { return m_max_density; }
 
-    /// Corner coordinates: voxel (i,j,k) is the cube [i,i+1) x [j,j+1) x [k,k+1), one unit a voxel, axes of the grid.
+    /// Corner coordinates: voxel (i,j,k) is the cube [i,i+1) x [j,j+1) x [k,k+1), one unit a voxel,
+    /// axes of the grid.
     Vec3d toCorner(const Vec3d& p_world) const;
-    Vec3d directionToCorner(const Vec3d& d_world) const { return m_rotation * d_world; } ///< keeps the length
-    Vec3d directionToWorld(const Vec3d& d_corner) const { return m_rotation.transpose() * d_corner; }
+    Vec3d directionToCorner(const Vec3d& d_world) const
+    {
+        return m_rotation * d_world;
+    } ///< keeps the length
+    Vec3d directionToWorld(const Vec3d& d_corner) const
+    {
+        return m_rotation.transpose() * d_corner;
+    }
 
     /// The block that holds voxel (x,y,z): kEmpty or its number.
     int block(int x, int y, int z) const
@@ -97,7 +113,8 @@ public:
     /// The leaf of a block that holds voxel (x,y,z): kEmpty or its number.
     int leafIn(int block, int x, int y, int z) const
     {
-        return m_children[std::size_t(block) * 4096 + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))];
+        return m_children[std::size_t(block) * 4096
+                          + ((x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15))];
     }
     int leafAt(int x, int y, int z) const
     {
@@ -119,8 +136,11 @@ public:
     {
         for (const Slot& slot : m_slots) {
             if (slot.block == kEmpty) continue;
-            const auto axis = [&](int shift) { return int(std::int32_t(slot.key >> shift & 0x1fffff) << 11) >> 11; }; // 21 bits with sign
-            const openvdb::Coord origin(axis(42) * kBlockDim, axis(21) * kBlockDim, axis(0) * kBlockDim);
+            const auto axis = [&](int shift) {
+                return int(std::int32_t(slot.key >> shift & 0x1fffff) << 11) >> 11;
+            }; // 21 bits with sign
+            const openvdb::Coord origin(axis(42) * kBlockDim, axis(21) * kBlockDim,
+                                        axis(0) * kBlockDim);
             for (int n = 0; n < 4096; ++n)
                 if (const int l = m_children[std::size_t(slot.block) * 4096 + n]; l != kEmpty)
                     f(origin.offsetBy((n >> 8) * 8, (n >> 4 & 15) * 8, (n & 15) * 8), l);
@@ -154,8 +174,9 @@ public:
         }
     }
 
-    /// What multiplies a voxel's density along a ray of unit direction `d_world` under fibre extinction: the density-weighted mean over its
-    /// parts of (4/pi) times the mean sine between ray and fibres, 1 for surfaces and voxels without direction.
+    /// What multiplies a voxel's density along a ray of unit direction `d_world` under fibre
+    /// extinction: the density-weighted mean over its parts of (4/pi) times the mean sine between
+    /// ray and fibres, 1 for surfaces and voxels without direction.
     double fibreFactor(int leaf, int voxel, const Vec3d& d_world) const
     {
         const Leaf& l = m_leaves[leaf];
@@ -166,8 +187,9 @@ public:
     /// The same for one part's particles.
     double fibreFactor(const VoxelContent& content, const Vec3d& d_world) const;
 
-    /// How much less light a voxel of density > 0 shows than one whose particles lie evenly in it (CoarserVoxel), where eye and light lie in the
-    /// directions V and L, unit length. 1 in a tree that was not made by coarser().
+    /// How much less light a voxel of density > 0 shows than one whose particles lie evenly in it
+    /// (CoarserVoxel), where eye and light lie in the directions V and L, unit length. 1 in a tree
+    /// that was not made by coarser().
     double shown(int leaf, int voxel, const Vec3d& V, const Vec3d& L) const
     {
         if (m_shown.empty()) return 1;
@@ -175,13 +197,18 @@ public:
         const double cosine = V.dot(L);
         return s[1] + std::abs(cosine) * (s[cosine > 0 ? 0 : 2] - s[1]);
     }
-    using Shown = std::array<float, 3>; ///< where the light comes from the side of the eye, from across, from behind
-    Shown shown(int leaf, int voxel) const { return m_shown.empty() ? Shown{1, 1, 1} : m_shown[recordIndex(m_leaves[leaf], voxel)]; }
+    using Shown = std::array<float, 3>; ///< where the light comes from the side of the eye, from
+                                        ///< across, from behind
+    Shown shown(int leaf, int voxel) const
+    {
+        return m_shown.empty() ? Shown{1, 1, 1} : m_shown[recordIndex(m_leaves[leaf], voxel)];
+    }
 
 private:
     VoxelTree() = default;
     /// `direction` has the length 1 - spread.
-    static std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part);
+    static std::uint64_t pack(const Vec3f& direction, const Vec3f& colour, float colour_scale,
+                              int part);
     static constexpr std::size_t kMostParts = 15; ///< that a record can name
     static constexpr std::uint64_t kShared = 15;  ///< "part" of a record that points to a list
     struct Slot {
@@ -194,19 +221,24 @@ private:
         std::int32_t part;
     };
     class Builder;
-    static void coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction, float* density, Leaf& leaf,
-                            std::array<Shown, 512>& shown);
+    static void coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction,
+                            float* density, Leaf& leaf, std::array<Shown, 512>& shown);
     void readTransform(const Volume& volume);
 
     static std::uint64_t blockKey(int x, int y, int z)
     {
-        return (std::uint64_t(x) & 0x1fffff) << 42 | (std::uint64_t(y) & 0x1fffff) << 21 | (std::uint64_t(z) & 0x1fffff);
+        return (std::uint64_t(x) & 0x1fffff) << 42 | (std::uint64_t(y) & 0x1fffff) << 21
+            | (std::uint64_t(z) & 0x1fffff);
     }
-    static std::size_t hash(std::uint64_t key) { return std::size_t((key ^ key >> 29) * 0x9e3779b97f4a7c15ULL >> 32); }
+    static std::size_t hash(std::uint64_t key)
+    {
+        return std::size_t((key ^ key >> 29) * 0x9e3779b97f4a7c15ULL >> 32);
+    }
     static VoxelContent unpack(std::uint64_t record, float density, float colour_scale);
     static Vec3d unpackDirection(std::uint64_t record)
     {
-        const double u = (double(record & 4095) - 2047) / 2047, v = (double(record >> 12 & 4095) - 2047) / 2047;
+        const double u = (double(record & 4095) - 2047) / 2047,
+                     v = (double(record >> 12 & 4095) - 2047) / 2047;
         const double x = 0.5 * (u + v), y = 0.5 * (u - v), z = 1 - std::abs(x) - std::abs(y);
         const double s = 1 / std::sqrt(x * x + y * y + z * z);
         return {x * s, y * s, z * s};
@@ -242,13 +274,16 @@ private:
 
 /// A voxel that stands for 2 x 2 x 2.
 struct CoarserVoxel {
-    double density; ///< for each axis -ln of the mean transmittance of the four columns, over their length; the mean of the three
-    /// Light that is scattered once inside, over that of a homogeneous voxel of that density: the mean over the axes. Particles that lie in
-    /// clumps shade each other and hide what they light, which the mean transmittance does not tell. 1 where the eight are equal.
+    double density; ///< for each axis -ln of the mean transmittance of the four columns, over their
+                    ///< length; the mean of the three
+    /// Light that is scattered once inside, over that of a homogeneous voxel of that density: the
+    /// mean over the axes. Particles that lie in clumps shade each other and hide what they light,
+    /// which the mean transmittance does not tell. 1 where the eight are equal.
     VoxelTree::Shown shown;
 };
-/// Of the eight densities (4 x + 2 y + z) and what they show themselves. `extinction` is the optical depth of density 1 over one of the eight; 0: the
-/// mean density.
-CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown, double extinction);
+/// Of the eight densities (4 x + 2 y + z) and what they show themselves. `extinction` is the
+/// optical depth of density 1 over one of the eight; 0: the mean density.
+CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown,
+                          double extinction);
 
 } // namespace volcomp

@@ -12,7 +12,8 @@ namespace volcomp {
 
 namespace {
 
-// -ln of the mean transmittance of the columns along an axis, where it is too little for 1 - opacity: log-sum-exp, as a column's depth may exceed 700.
+// -ln of the mean transmittance of the columns along an axis, where it is too little for 1 -
+// opacity: log-sum-exp, as a column's depth may exceed 700.
 double darkDepth(const double* depths, int axis)
 {
     const int along = 4 >> axis;
@@ -26,10 +27,12 @@ double darkDepth(const double* depths, int axis)
     return least - std::log1p(sum);
 }
 
-// Single scattering in a homogeneous cube of depth d and opacity 1 - e^-d across, for a beam through the whole of it: seen from the light, across it, against it.
+// Single scattering in a homogeneous cube of depth d and opacity 1 - e^-d across, for a beam
+// through the whole of it: seen from the light, across it, against it.
 VoxelTree::Shown homogeneous(double d, double opacity)
 {
-    return {float(opacity * (2 - opacity) / 2), float(opacity * opacity / d), float(d * (1 - opacity))};
+    return {float(opacity * (2 - opacity) / 2), float(opacity * opacity / d),
+            float(d * (1 - opacity))};
 }
 
 } // namespace
@@ -51,7 +54,8 @@ CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown
     double closed[3], total = 0; // opacity along each axis
     for (int axis = 0; axis < 3; ++axis) closed[axis] = (sum - pairs[axis]) / 4;
     if (std::max({closed[0], closed[1], closed[2]}) < 0.999)
-        total = -std::log1p(-(closed[0] + (1 - closed[0]) * (closed[1] + (1 - closed[1]) * closed[2])));
+        total =
+            -std::log1p(-(closed[0] + (1 - closed[0]) * (closed[1] + (1 - closed[1]) * closed[2])));
     else
         for (int axis = 0; axis < 3; ++axis) total += darkDepth(depths, axis);
     CoarserVoxel v{total / (6 * extinction), {1, 1, 1}};
@@ -80,13 +84,14 @@ CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown
 
 namespace {
 
-constexpr int kSteps[8] = {0, 1, 8, 9, 64, 65, 72, 73}; // from a voxel's first part to all, in the order of coarserVoxel()
+constexpr int kSteps[8] = {
+    0, 1, 8, 9, 64, 65, 72, 73}; // from a voxel's first part to all, in the order of coarserVoxel()
 
 } // namespace
 
 // One leaf into the octant (4 x + 2 y + z) of a coarser one: densities, mask, and what they show.
-void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction, float* density, Leaf& leaf,
-                            std::array<Shown, 512>& shown)
+void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction,
+                            float* density, Leaf& leaf, std::array<Shown, 512>& shown)
 {
     const Leaf& from = fine.m_leaves[child];
     const float* finer = fine.densities(child);
@@ -98,11 +103,13 @@ void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double
         any |= any >> 8;
         any = (any | any >> 1) & 0x0055005500550055;
         for (; any; any &= any - 1) {
-            const int at = __builtin_ctzll(any), first = 2 * x << 6 | at, n = corner + (x << 6 | (at >> 4) << 3 | (at & 7) >> 1);
+            const int at = __builtin_ctzll(any), first = 2 * x << 6 | at,
+                      n = corner + (x << 6 | (at >> 4) << 3 | (at & 7) >> 1);
             double densities[8];
             for (int k = 0; k < 8; ++k) {
                 densities[k] = finer[first + kSteps[k]];
-                if (!fine.m_shown.empty() && densities[k] > 0) own[k] = fine.m_shown[fine.recordIndex(from, first + kSteps[k])];
+                if (!fine.m_shown.empty() && densities[k] > 0)
+                    own[k] = fine.m_shown[fine.recordIndex(from, first + kSteps[k])];
             }
             const CoarserVoxel v = coarserVoxel(densities, own.data(), extinction);
             if (!(float(v.density) > 0)) continue;
@@ -127,7 +134,9 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
 
     using openvdb::Coord;
     std::vector<Coord> origins;
-    fine.forEachCell([&](const Coord& o, int) { origins.emplace_back((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7); });
+    fine.forEachCell([&](const Coord& o, int) {
+        origins.emplace_back((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7);
+    });
     std::sort(origins.begin(), origins.end());
     origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
 
@@ -139,7 +148,8 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
         std::array<int, 8> leaves;
         bool same = true;
         for (int k = 0; k < 8; ++k) {
-            leaves[k] = fine.leafAt(2 * o[0] + 8 * (k >> 2), 2 * o[1] + 8 * (k >> 1 & 1), 2 * o[2] + 8 * (k & 1));
+            leaves[k] = fine.leafAt(2 * o[0] + 8 * (k >> 2), 2 * o[1] + 8 * (k >> 1 & 1),
+                                    2 * o[2] + 8 * (k & 1));
             same &= leaves[k] == leaves[0];
         }
         int leaf = int(sources.size());
@@ -148,9 +158,11 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
             leaf = at->second;
             if (fresh) sources.push_back(leaves);
         } else sources.push_back(leaves);
-        const auto [block, fresh] = blocks.emplace(Coord(o[0] >> 7, o[1] >> 7, o[2] >> 7), int(blocks.size()));
+        const auto [block, fresh] =
+            blocks.emplace(Coord(o[0] >> 7, o[1] >> 7, o[2] >> 7), int(blocks.size()));
         if (fresh) t.m_children.resize(t.m_children.size() + 4096, kEmpty);
-        t.m_children[std::size_t(block->second) * 4096 + ((o[0] >> 3 & 15) << 8 | (o[1] >> 3 & 15) << 4 | (o[2] >> 3 & 15))] = leaf;
+        t.m_children[std::size_t(block->second) * 4096
+                     + ((o[0] >> 3 & 15) << 8 | (o[1] >> 3 & 15) << 4 | (o[2] >> 3 & 15))] = leaf;
         t.m_bounds.expand(openvdb::CoordBBox(o, o.offsetBy(kLeafDim - 1)));
         t.m_voxels += same ? 512 : 0;
     }
@@ -165,7 +177,8 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
         t.m_slots[slot & t.m_slot_mask] = {key, number};
     }
 
-    struct Filled { // what a leaf adds to the tables; list entries are counted from the leaf's first
+    struct Filled { // what a leaf adds to the tables; list entries are counted from the leaf's
+                    // first
         std::vector<std::uint64_t> records;
         std::vector<Shown> shown;
         std::vector<Shared> shared;
@@ -176,81 +189,104 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
     std::vector<Filled> filled;
     const auto fill = [&](std::size_t start) {
         filled.assign(std::min(kBatch, sources.size() - start), {});
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(start, start + filled.size(), 32), [&](const auto& range) {
-            struct Sum {
-                explicit Sum(int p) : part(p) { }
-                int part;
-                double density = 0, around = 0;
-                SymmetricTensor directions;
-                Vec3d colour{0.0};
-            };
-            struct Entry {
-                int voxel, part;
-                float density;
-                Vec3f direction, colour;
-            };
-            std::vector<Sum> sums;
-            std::vector<Entry> entries;
-            std::array<Shown, 512> shown;
-            for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                Leaf& leaf = t.m_leaves[i];
-                const std::array<int, 8>& leaves = sources[i];
-                leaf.uniform = std::all_of(leaves.begin(), leaves.end(), [&](int l) { return l == leaves[0]; });
-                leaf.colour_scale = 0;
-                entries.clear();
-                for (int octant = 0; octant < 8; ++octant)
-                    if (leaves[octant] != kEmpty) coarsenLeaf(fine, leaves[octant], octant, extinction, &t.m_density[i * 512], leaf, shown);
-                for (int n = 0; n < 512; ++n) {
-                    if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0)) continue;
-                    filled[i - start].shown.push_back(shown[n]);
-                    const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
-                    const Leaf& from = fine.m_leaves[child];
-                    const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
-                    sums.clear();
-                    double total = 0;
-                    for (const int step : kSteps) {
-                        const int voxel = first + step;
-                        if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
-                        fine.contents(child, voxel, [&](const VoxelContent& c) {
-                            auto sum = std::find_if(sums.begin(), sums.end(), [&](const Sum& s) { return s.part == c.part; });
-                            if (sum == sums.end()) sum = sums.insert(sum, Sum(c.part));
-                            sum->density += c.density;
-                            sum->colour += c.density * c.colour;
-                            total += c.density;
-                            if (!c.directed) return;
-                            // t tᵀ of the directions that the voxel stands for: one along, the square of the spread across.
-                            const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code), w = c.density / (1 + 2 * s2);
-                            sum->directions.add(w * (1 - s2), c.direction);
-                            sum->around += w * s2;
-                        });
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(start, start + filled.size(), 32),
+            [&](const auto& range) {
+                struct Sum {
+                    explicit Sum(int p) : part(p) { }
+                    int part;
+                    double density = 0, around = 0;
+                    SymmetricTensor directions;
+                    Vec3d colour{0.0};
+                };
+                struct Entry {
+                    int voxel, part;
+                    float density;
+                    Vec3f direction, colour;
+                };
+                std::vector<Sum> sums;
+                std::vector<Entry> entries;
+                std::array<Shown, 512> shown;
+                for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                    Leaf& leaf = t.m_leaves[i];
+                    const std::array<int, 8>& leaves = sources[i];
+                    leaf.uniform = std::all_of(leaves.begin(), leaves.end(),
+                                               [&](int l) { return l == leaves[0]; });
+                    leaf.colour_scale = 0;
+                    entries.clear();
+                    for (int octant = 0; octant < 8; ++octant)
+                        if (leaves[octant] != kEmpty)
+                            coarsenLeaf(fine, leaves[octant], octant, extinction,
+                                        &t.m_density[i * 512], leaf, shown);
+                    for (int n = 0; n < 512; ++n) {
+                        if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0))
+                            continue;
+                        filled[i - start].shown.push_back(shown[n]);
+                        const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
+                        const Leaf& from = fine.m_leaves[child];
+                        const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
+                        sums.clear();
+                        double total = 0;
+                        for (const int step : kSteps) {
+                            const int voxel = first + step;
+                            if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
+                            fine.contents(child, voxel, [&](const VoxelContent& c) {
+                                auto sum =
+                                    std::find_if(sums.begin(), sums.end(),
+                                                 [&](const Sum& s) { return s.part == c.part; });
+                                if (sum == sums.end()) sum = sums.insert(sum, Sum(c.part));
+                                sum->density += c.density;
+                                sum->colour += c.density * c.colour;
+                                total += c.density;
+                                if (!c.directed) return;
+                                // t tᵀ of the directions that the voxel stands for: one along, the
+                                // square of the spread across.
+                                const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code),
+                                             w = c.density / (1 + 2 * s2);
+                                sum->directions.add(w * (1 - s2), c.direction);
+                                sum->around += w * s2;
+                            });
+                        }
+                        const float density = t.m_density[i * 512 + n];
+                        for (Sum& s : sums) {
+                            s.directions.xx += s.around;
+                            s.directions.yy += s.around;
+                            s.directions.zz += s.around;
+                            const Vec3d direction = principalDirection(s.directions).stored(),
+                                        colour = s.colour / s.density;
+                            entries.push_back({n, s.part, float(density * s.density / total),
+                                               Vec3f(direction), Vec3f(colour)});
+                            leaf.colour_scale =
+                                std::max(leaf.colour_scale,
+                                         float(std::max({colour[0], colour[1], colour[2]})));
+                        }
                     }
-                    const float density = t.m_density[i * 512 + n];
-                    for (Sum& s : sums) {
-                        s.directions.xx += s.around;
-                        s.directions.yy += s.around;
-                        s.directions.zz += s.around;
-                        const Vec3d direction = principalDirection(s.directions).stored(), colour = s.colour / s.density;
-                        entries.push_back({n, s.part, float(density * s.density / total), Vec3f(direction), Vec3f(colour)});
-                        leaf.colour_scale = std::max(leaf.colour_scale, float(std::max({colour[0], colour[1], colour[2]})));
+                    for (int w = 1; w < 8; ++w)
+                        leaf.before[w] = std::uint16_t(leaf.before[w - 1]
+                                                       + __builtin_popcountll(leaf.mask[w - 1]));
+                    Filled& out = filled[i - start];
+                    for (std::size_t e = 0; e < entries.size();) {
+                        std::size_t end = e + 1;
+                        while (end < entries.size() && entries[end].voxel == entries[e].voxel)
+                            ++end;
+                        for (std::size_t k = e; k < end; ++k) {
+                            const std::uint64_t record =
+                                pack(entries[k].direction, entries[k].colour, leaf.colour_scale,
+                                     entries[k].part);
+                            leaf.directed_fibres |= t.m_is_fibre[entries[k].part]
+                                && int(record >> 24 & 63) != kSpreadCodes;
+                            if (end - e == 1 && t.m_parts.size() <= kMostParts)
+                                out.records.push_back(record);
+                            else
+                                out.shared.push_back({record, entries[k].density, entries[k].part});
+                        }
+                        if (end - e > 1 || t.m_parts.size() > kMostParts)
+                            out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32
+                                                  | (out.shared.size() - (end - e)));
+                        e = end;
                     }
                 }
-                for (int w = 1; w < 8; ++w) leaf.before[w] = std::uint16_t(leaf.before[w - 1] + __builtin_popcountll(leaf.mask[w - 1]));
-                Filled& out = filled[i - start];
-                for (std::size_t e = 0; e < entries.size();) {
-                    std::size_t end = e + 1;
-                    while (end < entries.size() && entries[end].voxel == entries[e].voxel) ++end;
-                    for (std::size_t k = e; k < end; ++k) {
-                        const std::uint64_t record = pack(entries[k].direction, entries[k].colour, leaf.colour_scale, entries[k].part);
-                        leaf.directed_fibres |= t.m_is_fibre[entries[k].part] && int(record >> 24 & 63) != kSpreadCodes;
-                        if (end - e == 1 && t.m_parts.size() <= kMostParts) out.records.push_back(record);
-                        else out.shared.push_back({record, entries[k].density, entries[k].part});
-                    }
-                    if (end - e > 1 || t.m_parts.size() > kMostParts)
-                        out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32 | (out.shared.size() - (end - e)));
-                    e = end;
-                }
-            }
-        });
+            });
     };
     for (std::size_t start = 0; start < sources.size(); start += kBatch) {
         fill(start);
@@ -259,7 +295,8 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
             Leaf& l = t.m_leaves[i];
             l.first = std::uint32_t(t.m_records.size());
             for (const std::uint64_t record : more.records)
-                t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size() : record);
+                t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size()
+                                                              : record);
             t.m_shown.insert(t.m_shown.end(), more.shown.begin(), more.shown.end());
             t.m_shared.insert(t.m_shared.end(), more.shared.begin(), more.shared.end());
             t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);

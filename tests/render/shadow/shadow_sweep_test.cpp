@@ -22,7 +22,8 @@ Volume noise(int size, double fill, double brightest)
         for (int y = 0; y < size; ++y)
             for (int z = 0; z < size; ++z)
                 if (random.uniform() < fill)
-                    volume.parts[0].density->tree().setValue({x - 9, y, z + 3}, float(brightest * random.uniform()));
+                    volume.parts[0].density->tree().setValue({x - 9, y, z + 3},
+                                                             float(brightest * random.uniform()));
     return volume;
 }
 
@@ -35,11 +36,12 @@ Light from(Vec3d direction)
 }
 
 constexpr double kFarAway = 1e30;
-const Vec3d kDirections[] = {{-0.6, -0.7, -0.4}, {0.1, 0.2, -0.9}, {0.9, 0.1, 0.3}, {0, -1, 0}, {1, 1, 1}, {-1, 0, 1}, {0, 0, 1}};
+const Vec3d kDirections[] = {{-0.6, -0.7, -0.4}, {0.1, 0.2, -0.9}, {0.9, 0.1, 0.3}, {0, -1, 0},
+                             {1, 1, 1},          {-1, 0, 1},       {0, 0, 1}};
 
 // Optical depth from p by the sweep: marched to the plane, and what lies beyond.
-double sweptDepth(const VoxelTree& tree, const ShadowSweep& sweep, const Vec3d& p, const Vec3d& L, double distance,
-                  const int* of_cell = nullptr)
+double sweptDepth(const VoxelTree& tree, const ShadowSweep& sweep, const Vec3d& p, const Vec3d& L,
+                  double distance, const int* of_cell = nullptr)
 {
     int cell[3]; // `of_cell`, or that in which p lies
     for (int a = 0; a < 3; ++a) cell[a] = of_cell ? of_cell[a] : int(std::floor(p[a]));
@@ -48,7 +50,9 @@ double sweptDepth(const VoxelTree& tree, const ShadowSweep& sweep, const Vec3d& 
     EXPECT_LE(way, 8 * std::sqrt(3.0) + 1e-9);
     const MarchRay r(tree, p, L, MarchRay::kFar);
     const double near = way > 0 ? shortIntegral<false>(tree, r.from(p, way), cell, L) : 0;
-    EXPECT_NEAR(near, way > 0 ? lineIntegral<false>(tree, MarchRay(tree, p, L, way), L, MarchRay::kFar) : 0, 1e-6);
+    EXPECT_NEAR(
+        near, way > 0 ? lineIntegral<false>(tree, MarchRay(tree, p, L, way), L, MarchRay::kFar) : 0,
+        1e-6);
     return near + beyond;
 }
 
@@ -56,7 +60,8 @@ std::vector<Light> lightsOfEveryKind()
 {
     std::vector<Light> lights;
     for (const Vec3d& direction : kDirections) lights.push_back(from(direction));
-    for (const Vec3d& position : {Vec3d(60, 30, 20), Vec3d(10, 21, 22), Vec3d(-9.5, -30, 3)}) { // outside and inside the volume
+    for (const Vec3d& position : {Vec3d(60, 30, 20), Vec3d(10, 21, 22),
+                                  Vec3d(-9.5, -30, 3)}) { // outside and inside the volume
         Light light;
         light.kind = LightKind::point;
         light.position = position;
@@ -76,7 +81,8 @@ Volume fibres(Volume volume)
     volume.parts[0].direction = openvdb::Vec3SGrid::create(Vec3f(0.0f));
     volume.parts[0].kind = MaterialKind::fibre;
     for (auto v = volume.parts[0].density->cbeginValueOn(); v; ++v)
-        volume.parts[0].direction->tree().setValue(v.getCoord(), Vec3f(Vec3d(random.normal(), random.normal(), random.normal()).unit()));
+        volume.parts[0].direction->tree().setValue(
+            v.getCoord(), Vec3f(Vec3d(random.normal(), random.normal(), random.normal()).unit()));
     return volume;
 }
 
@@ -87,7 +93,8 @@ struct Query {
     double distance;
 
     Query(const VoxelTree& tree, const Light& light, Random& random)
-        : p(random.uniform(-9, 31), random.uniform(0, 40), random.uniform(3, 43)), cell{int(std::floor(p[0])), int(p[1]), int(p[2])}
+        : p(random.uniform(-9, 31), random.uniform(0, 40), random.uniform(3, 43)),
+          cell{int(std::floor(p[0])), int(p[1]), int(p[2])}
     {
         const Vec3d way = tree.toCorner(light.position) - p;
         const bool sun = light.kind == LightKind::directional;
@@ -98,7 +105,8 @@ struct Query {
 
 } // namespace
 
-// What is kept is the root of each ray's exact transmittance: rounded to a half of a code, by an exponential that is good to a tenth.
+// What is kept is the root of each ray's exact transmittance: rounded to a half of a code, by an
+// exponential that is good to a tenth.
 TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
 {
     std::vector<Light> lights = lightsOfEveryKind();
@@ -107,25 +115,32 @@ TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
         for (const bool fibre : {false, true}) {
             const VoxelTree tree(fibres(noise(40, 0.3, dense)));
             for (const Light& light : lights) {
-                const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 12, fibre);
+                const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1,
+                                        12, fibre);
                 Random random(3);
                 int fine_known = 0, rough_known = 0;
                 for (int i = 0; i < 150; ++i) {
                     const Query q(tree, light, random);
                     const SweptRays rays(tree, light, q.L, fibre);
                     const double s = rays.planeBefore(q.cell), expected_way = rays.way(q.p, s);
-                    const auto name = ::testing::Message() << light.direction << light.position << " at " << q.p << dense << fibre;
+                    const auto name = ::testing::Message()
+                        << light.direction << light.position << " at " << q.p << dense << fibre;
                     double way = -1, beyond = -1, passes = -1;
                     if (sweep.toLight(0, q.cell, q.p, q.L, q.distance, way, beyond)) {
                         const bool near = !rays.startsBefore(s) || expected_way >= q.distance;
                         ASSERT_NEAR(way, near ? q.distance : expected_way, 1e-9) << name;
-                        ASSERT_NEAR(255 * std::exp(-0.5 * beyond), near ? 255 : rays.code(q.p, s, 1), 0.6) << name;
+                        ASSERT_NEAR(255 * std::exp(-0.5 * beyond),
+                                    near ? 255 : rays.code(q.p, s, 1), 0.6)
+                            << name;
                         ++fine_known;
                     }
                     bool fine = false;
                     if (sweep.roughLight(0, q.cell, q.p, q.L, q.distance, passes, fine)) {
                         const double part = expected_way / (expected_way - rays.way(q.p, s + 8));
-                        ASSERT_NEAR(255 * std::sqrt(passes), (1 - part) * rays.code(q.p, s, 3) + part * rays.code(q.p, s + 8, 3), 0.6)
+                        ASSERT_NEAR(255 * std::sqrt(passes),
+                                    (1 - part) * rays.code(q.p, s, 3)
+                                        + part * rays.code(q.p, s + 8, 3),
+                                    0.6)
                             << name;
                         ++rough_known;
                     }
@@ -136,7 +151,8 @@ TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
         }
 }
 
-// In a homogeneous block the depth is linear along the way to the light, which both ways to ask reproduce away from the edges.
+// In a homogeneous block the depth is linear along the way to the light, which both ways to ask
+// reproduce away from the edges.
 TEST(ShadowSweep, IsExactInAHomogeneousBlock)
 {
     for (const Vec3d& direction : kDirections) {
@@ -144,17 +160,23 @@ TEST(ShadowSweep, IsExactInAHomogeneousBlock)
         volume.parts[0].density->denseFill(openvdb::CoordBBox({0, 0, 0}, {31, 31, 31}), 0.1f, true);
         const VoxelTree tree(volume);
         const Light light = from(direction);
-        const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 8, false);
+        const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 8,
+                                false);
         Random random(1);
         for (int i = 0; i < 200; ++i) {
-            const Vec3d p(random.uniform(12, 20), random.uniform(12, 20), random.uniform(12, 20)), L = -light.direction;
+            const Vec3d p(random.uniform(12, 20), random.uniform(12, 20), random.uniform(12, 20)),
+                L = -light.direction;
             const int cell[3] = {int(p[0]), int(p[1]), int(p[2])};
-            const double exact = lineIntegral<false>(tree, MarchRay(tree, p, L, MarchRay::kFar), Vec3d(0.0), MarchRay::kFar);
-            // The depth is the least of linear functions, one for each face that light may enter by. Between rays h apart a kink costs h / 4 times
-            // the change of slope, along both axes, at most; a code is off by 0.6 of 255 roots.
+            const double exact = lineIntegral<false>(tree, MarchRay(tree, p, L, MarchRay::kFar),
+                                                     Vec3d(0.0), MarchRay::kFar);
+            // The depth is the least of linear functions, one for each face that light may enter
+            // by. Between rays h apart a kink costs h / 4 times the change of slope, along both
+            // axes, at most; a code is off by 0.6 of 255 roots.
             double enters[3], least = kFarAway, greatest_L = 0;
             for (int a = 0; a < 3; ++a) {
-                enters[a] = std::abs(L[a]) < 1e-9 ? kFarAway : ((L[a] > 0 ? 32 - p[a] : p[a])) / std::abs(L[a]);
+                enters[a] = std::abs(L[a]) < 1e-9
+                    ? kFarAway
+                    : ((L[a] > 0 ? 32 - p[a] : p[a])) / std::abs(L[a]);
                 least = std::min(least, enters[a]);
                 greatest_L = std::max(greatest_L, std::abs(L[a]));
             }
@@ -167,32 +189,42 @@ TEST(ShadowSweep, IsExactInAHomogeneousBlock)
                 return faces > 1 ? sum : 0;
             };
             const double rounding = 2 * 0.6 / (255 * std::exp(-0.5 * exact));
-            EXPECT_NEAR(sweptDepth(tree, sweep, p, L, MarchRay::kFar), exact, kinks(ShadowSweep::kSpacing) + rounding) << direction;
+            EXPECT_NEAR(sweptDepth(tree, sweep, p, L, MarchRay::kFar), exact,
+                        kinks(ShadowSweep::kSpacing) + rounding)
+                << direction;
             double passes = -1;
             bool fine = false;
             ASSERT_TRUE(sweep.roughLight(0, cell, p, L, MarchRay::kFar, passes, fine));
             EXPECT_TRUE(fine);
             // Rays 2 apart, planes 8 apart, between which the root is taken to be linear.
-            EXPECT_NEAR(-std::log(passes), exact, kinks(2) + std::pow(0.1 * 8 / greatest_L, 2) / 16 + rounding) << direction;
+            EXPECT_NEAR(-std::log(passes), exact,
+                        kinks(2) + std::pow(0.1 * 8 / greatest_L, 2) / 16 + rounding)
+                << direction;
         }
     }
 }
 
-// Light in a volume of random voxels, against rays: the limits follow from the statistics of independent voxels of variance v.
+// Light in a volume of random voxels, against rays: the limits follow from the statistics of
+// independent voxels of variance v.
 //
-// A ray along an axis has the depth of its column. Rays h apart stand in other columns; with columns a voxel wide, at random places, the squared
-// difference between the depth read between four of them and the true one is v n k in the mean, n voxels from the light. Along one axis the
-// weight of the rays that share the point's column is 7/9 in the mean for h = 2/3, as is the sum of the squared weights of columns: k = 1 - (7/9)^2.
-// For h = 2 they are 5/12 and 2/3: k = 1 - 2 (5/12)^2 + (2/3)^2. Oblique rays cross more voxels, and share them: less.
-// What is read is the mean root, too small by about (1 - q) v n / 4 (q the sum of the squared weights) of the light.
+// A ray along an axis has the depth of its column. Rays h apart stand in other columns; with
+// columns a voxel wide, at random places, the squared difference between the depth read between
+// four of them and the true one is v n k in the mean, n voxels from the light. Along one axis the
+// weight of the rays that share the point's column is 7/9 in the mean for h = 2/3, as is the sum of
+// the squared weights of columns: k = 1 - (7/9)^2. For h = 2 they are 5/12 and 2/3: k = 1 - 2
+// (5/12)^2 + (2/3)^2. Oblique rays cross more voxels, and share them: less. What is read is the
+// mean root, too small by about (1 - q) v n / 4 (q the sum of the squared weights) of the light.
 TEST(ShadowSweep, AgreesWithRaysThroughNoise)
 {
-    const double fill = 0.3, brightest = 0.2, v = fill * brightest * brightest / 3 - std::pow(fill * brightest / 2, 2);
-    const double k_fine = 1 - 49.0 / 81, q_fine = 49.0 / 81, k_rough = 1 - 2 * 25.0 / 144 + 4.0 / 9, q_rough = 4.0 / 9;
+    const double fill = 0.3, brightest = 0.2,
+                 v = fill * brightest * brightest / 3 - std::pow(fill * brightest / 2, 2);
+    const double k_fine = 1 - 49.0 / 81, q_fine = 49.0 / 81, k_rough = 1 - 2 * 25.0 / 144 + 4.0 / 9,
+                 q_rough = 4.0 / 9;
     const Volume volume = noise(40, fill, brightest);
     const VoxelTree tree(volume);
     for (const Light& light : lightsOfEveryKind()) {
-        const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 8, false);
+        const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 8,
+                                false);
         Random random(2);
         struct Sums {
             double mean = 0, difference = 0, square = 0, expected = 0, bias = 0; ///< of the light
@@ -209,26 +241,33 @@ TEST(ShadowSweep, AgreesWithRaysThroughNoise)
             void check(int columns) const // as many as are independent
             {
                 const double limit = std::sqrt(expected / known) / (mean / known);
-                EXPECT_LT(std::sqrt(square / known) / (mean / known), 1.1 * limit);           // the exponential's curvature, and chance
-                EXPECT_NEAR(difference / mean, -bias / mean, 4 * limit / std::sqrt(columns)); // four standard errors
+                EXPECT_LT(std::sqrt(square / known) / (mean / known),
+                          1.1 * limit); // the exponential's curvature, and chance
+                EXPECT_NEAR(difference / mean, -bias / mean,
+                            4 * limit / std::sqrt(columns)); // four standard errors
             }
         } fine, rough;
         int count = 0, unknown = 0;
         while (count < 3000) {
             const Query q(tree, light, random);
-            if (!(illuminate(light, q.p - Vec3d(0.5), 0.5).weight > 0)) continue; // out of the spot's cone
+            if (!(illuminate(light, q.p - Vec3d(0.5), 0.5).weight > 0))
+                continue; // out of the spot's cone
             ++count;
             const MarchRay r(tree, q.p, q.L, q.distance);
-            const double exact = std::exp(-lineIntegral<false>(tree, r, Vec3d(0.0), MarchRay::kFar)), vn = v * (r.t1 - r.t0);
+            const double exact =
+                             std::exp(-lineIntegral<false>(tree, r, Vec3d(0.0), MarchRay::kFar)),
+                         vn = v * (r.t1 - r.t0);
             const double depth = sweptDepth(tree, sweep, q.p, q.L, q.distance);
             if (depth >= 0) {
                 double way, beyond;
                 sweep.toLight(0, q.cell, q.p, q.L, q.distance, way, beyond);
-                fine.add(std::exp(-depth), exact, v * std::max(0.0, r.t1 - r.t0 - way), k_fine, q_fine);
+                fine.add(std::exp(-depth), exact, v * std::max(0.0, r.t1 - r.t0 - way), k_fine,
+                         q_fine);
             }
             double passes = -1;
             bool is_fine = false;
-            if (sweep.roughLight(0, q.cell, q.p, q.L, q.distance, passes, is_fine)) rough.add(passes, exact, vn, k_rough, q_rough);
+            if (sweep.roughLight(0, q.cell, q.p, q.L, q.distance, passes, is_fine))
+                rough.add(passes, exact, vn, k_rough, q_rough);
             else unknown += depth < 0;
         }
         SCOPED_TRACE(::testing::Message() << light.direction << " " << light.position);
@@ -248,7 +287,9 @@ TEST(ShadowSweep, EndsInTheDark)
     const VoxelTree tree(volume);
     const Light light = from({0, 0, 1});
     const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 12, false);
-    for (const int z : {0, 5, 15, 30, 47, 55, 60}) { // planes are bright before the first, rough from 5.5 and dark from 24 voxels on
+    for (const int z :
+         {0, 5, 15, 30, 47, 55,
+          60}) { // planes are bright before the first, rough from 5.5 and dark from 24 voxels on
         const int cell[3] = {7, 8, z};
         const Vec3d p(7.5, 8.4, z + 0.5);
         double passes = -1, way = -1, depth = -1;
@@ -258,18 +299,22 @@ TEST(ShadowSweep, EndsInTheDark)
             EXPECT_LE(passes, std::exp(-12.0)) << z;
         }
         if (z < 32) {
-            const double plane = z & ~7, root = std::exp(-0.25 * plane), behind = std::exp(-0.25 * (plane + 8)), part = (p[2] - plane) / 8;
+            const double plane = z & ~7, root = std::exp(-0.25 * plane),
+                         behind = std::exp(-0.25 * (plane + 8)), part = (p[2] - plane) / 8;
             EXPECT_NEAR(255 * std::sqrt(passes), 255 * (root + (behind - root) * part), 0.6) << z;
         }
         if (!sweep.toLight(0, cell, p, -light.direction, MarchRay::kFar, way, depth)) continue;
-        EXPECT_TRUE(z < 8        ? depth == 0
-                        : z > 40 ? depth >= 12
-                                 : std::abs(255 * std::exp(-0.5 * depth) - 255 * std::exp(-0.25 * (z & ~7))) < 0.6)
+        EXPECT_TRUE(z < 8 ? depth == 0
+                        : z > 40
+                        ? depth >= 12
+                        : std::abs(255 * std::exp(-0.5 * depth) - 255 * std::exp(-0.25 * (z & ~7)))
+                            < 0.6)
             << z << " " << depth;
     }
 }
 
-// As far as the plane the light is marched as exactly as without a sweep, whatever the filter and the extinction.
+// As far as the plane the light is marched as exactly as without a sweep, whatever the filter and
+// the extinction.
 TEST(ShadowSweep, TheWayToThePlaneIsExact)
 {
     const VoxelTree tree(fibres(noise(40, 0.3, 0.2)));
@@ -282,7 +327,8 @@ TEST(ShadowSweep, TheWayToThePlaneIsExact)
             params.cutoff = 0;
             const Integrator plain(tree, {Material()}, {}, params);
             Integrator swept(tree, {Material()}, lights, params);
-            const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1), 1, 12, extinction == Extinction::fibre);
+            const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1), 1, 12,
+                                    extinction == Extinction::fibre);
             swept.useSweep(sweep);
             RayCounts counts;
             Integrator::Scratch scratch;
@@ -296,15 +342,16 @@ TEST(ShadowSweep, TheWayToThePlaneIsExact)
                 ++known;
                 RaySample near;
                 plain.traceFurther(near, q.p - Vec3d(0.5), q.L, 0, way, scratch);
-                ASSERT_NEAR(swept.depthToLight(l, q.cell, q.p, counts), beyond - std::log(near.transmittance), 1e-6)
+                ASSERT_NEAR(swept.depthToLight(l, q.cell, q.p, counts),
+                            beyond - std::log(near.transmittance), 1e-6)
                     << int(filter) << int(extinction) << q.p << l;
             }
             EXPECT_GT(known, 800);
         }
 }
 
-// The radiance along rays, segment by segment, from what the sweep says: roughly where a point is a trace in its pixel or in shade, else from
-// both ends of the segment.
+// The radiance along rays, segment by segment, from what the sweep says: roughly where a point is a
+// trace in its pixel or in shade, else from both ends of the segment.
 TEST(ShadowSweep, SegmentsTakeWhatTheyAreWorth)
 {
     const VoxelTree tree(noise(40, 0.3, 0.3));
@@ -321,46 +368,61 @@ TEST(ShadowSweep, SegmentsTakeWhatTheyAreWorth)
     Integrator::Scratch scratch;
     for (int i = 0; i < 100; ++i) {
         const Vec3d target(random.uniform(-9, 31), random.uniform(0, 40), random.uniform(3, 43)),
-            d = Vec3d(random.normal(), random.normal(), random.normal()).unit(), o = target - 100.0 * d; // corner coordinates
+            d = Vec3d(random.normal(), random.normal(), random.normal()).unit(),
+            o = target - 100.0 * d; // corner coordinates
         const MarchRay r(tree, o, d, MarchRay::kFar);
         std::vector<float> greatest(tree.leafCount()), marked(tree.leafCount());
         double radiance = 0, T = 1, passes = 0, passes_t = -kFarAway, b = 0, b_t = -kFarAway;
         bool fine = false;
         forEachLeaf(tree, r, [&](const LeafSpan& span) {
             forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
-                const double delta = tree.densities(span.leaf)[voxel] * (end - t), weight = T * -std::expm1(-delta);
+                const double delta = tree.densities(span.leaf)[voxel] * (end - t),
+                             weight = T * -std::expm1(-delta);
                 if (!(delta > 0)) return;
-                const int cell[3] = {span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7), span.cell[2] + (voxel & 7)};
+                const int cell[3] = {span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7),
+                                     span.cell[2] + (voxel & 7)};
                 const Vec3d p = o + t * d, q = o + end * d;
                 greatest[span.leaf] = std::max(greatest[span.leaf], float(weight));
-                if (weight >= 0.001 || std::abs(t - passes_t) > 2) { // a trace takes the light of one nearby
-                    ASSERT_TRUE(sweep.roughLight(0, cell, 0.5 * (p + q), L, MarchRay::kFar, passes, fine));
+                if (weight >= 0.001
+                    || std::abs(t - passes_t) > 2) { // a trace takes the light of one nearby
+                    ASSERT_TRUE(
+                        sweep.roughLight(0, cell, 0.5 * (p + q), L, MarchRay::kFar, passes, fine));
                     passes_t = t;
                 }
-                if (!fine || weight * passes < ShadowSweep::kFineWeight) radiance += weight * passes * S;
+                if (!fine || weight * passes < ShadowSweep::kFineWeight)
+                    radiance += weight * passes * S;
                 else {
                     const auto depth = [&](const Vec3d& at) {
                         const double swept = sweptDepth(tree, sweep, at, L, MarchRay::kFar, cell);
-                        return swept >= 0 ? swept : lineIntegral<false>(tree, MarchRay(tree, at, L, MarchRay::kFar), L, kFarAway);
+                        return swept >= 0
+                            ? swept
+                            : lineIntegral<false>(tree, MarchRay(tree, at, L, MarchRay::kFar), L,
+                                                  kFarAway);
                     };
                     const double a = b_t == t ? b : depth(p); // neighbours share an end
                     b = depth(q), b_t = end;
                     const double x = delta + b - a; // MODEL section 3
-                    radiance += T * S * delta * std::exp(-a) * (std::abs(x) < 1e-9 ? 1 : -std::expm1(-x) / x);
+                    radiance += T * S * delta * std::exp(-a)
+                        * (std::abs(x) < 1e-9 ? 1 : -std::expm1(-x) / x);
                 }
                 T *= std::exp(-delta);
             });
             return true;
         });
-        ASSERT_NEAR(integrator.trace(o - Vec3d(0.5), d, scratch).radiance[0], radiance, 1e-5 * radiance + 1e-9) << o << d;
+        ASSERT_NEAR(integrator.trace(o - Vec3d(0.5), d, scratch).radiance[0], radiance,
+                    1e-5 * radiance + 1e-9)
+            << o << d;
         integrator.markLeaves(o - Vec3d(0.5), d, 0, 1000, marked);
-        for (std::size_t leaf = 0; leaf < marked.size(); ++leaf) ASSERT_NEAR(marked[leaf], greatest[leaf], 1e-5) << leaf;
+        for (std::size_t leaf = 0; leaf < marked.size(); ++leaf)
+            ASSERT_NEAR(marked[leaf], greatest[leaf], 1e-5) << leaf;
     }
 }
 
-// Pictures with swept light: every kind of light, both filters, fibres, sums; no ray to a light but from the border of what was marked. A pixel is a
-// mean over the segments along its ray, whose errors are neither independent nor equal: no limit on it follows from that of a query (14 %) but
-// that it is less. These limits were set after measuring; the tests above say that each part is right.
+// Pictures with swept light: every kind of light, both filters, fibres, sums; no ray to a light but
+// from the border of what was marked. A pixel is a mean over the segments along its ray, whose
+// errors are neither independent nor equal: no limit on it follows from that of a query (14 %) but
+// that it is less. These limits were set after measuring; the tests above say that each part is
+// right.
 TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
 {
     const VoxelTree tree(fibres(noise(40, 0.3, 0.3)));
@@ -390,21 +452,25 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
         params.cutoff = 0;
         const Integrator exact(tree, {Material()}, lights, params);
         Integrator swept(tree, {Material()}, lights, params);
-        const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1), swept.extinction(), swept.darkest(),
+        const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1),
+                                swept.extinction(), swept.darkest(),
                                 c.extinction == Extinction::fibre);
         swept.useSweep(sweep);
         Integrator::Scratch a, b;
         double mean = 0, square = 0, bias = 0;
         const int count = 300;
         for (int i = 0; i < count; ++i) {
-            const Vec3d target(random.uniform(-9, 31), random.uniform(0, 40), random.uniform(3, 43)),
+            const Vec3d target(random.uniform(-9, 31), random.uniform(0, 40),
+                               random.uniform(3, 43)),
                 d = Vec3d(random.normal(), random.normal(), random.normal()).unit();
-            const double x = exact.trace(target - 100.0 * d, d, a).radiance[0], y = swept.trace(target - 100.0 * d, d, b).radiance[0];
+            const double x = exact.trace(target - 100.0 * d, d, a).radiance[0],
+                         y = swept.trace(target - 100.0 * d, d, b).radiance[0];
             mean += x / count;
             bias += (y - x) / count;
             square += (y - x) * (y - x) / count;
         }
-        EXPECT_LT(std::sqrt(square) / mean, c.limit) << int(c.filter) << int(c.integration) << int(c.extinction);
+        EXPECT_LT(std::sqrt(square) / mean, c.limit)
+            << int(c.filter) << int(c.integration) << int(c.extinction);
         EXPECT_NEAR(bias / mean, 0, 0.015);
         EXPECT_LT(b.counts.shadow_rays, a.counts.shadow_rays / 20) << a.counts.shadow_rays;
     }

@@ -1,4 +1,5 @@
-// The rays of ShadowSweep once more, in doubles and one by one, from what its headers say: of use to its test alone.
+// The rays of ShadowSweep once more, in doubles and one by one, from what its headers say: of use
+// to its test alone.
 #pragma once
 
 #include <algorithm>
@@ -11,13 +12,15 @@
 
 namespace volcomp {
 
-/// What shadow_sweep.h and light_lattice.h say of a light's rays, in doubles and ray by ray: where they cross the planes, what is kept of them
-/// and what is read between them.
+/// What shadow_sweep.h and light_lattice.h say of a light's rays, in doubles and ray by ray: where
+/// they cross the planes, what is kept of them and what is read between them.
 class SweptRays {
 public:
-    /// Those of a sun, or the pyramid of a point light that holds the way L to it. Densities count as under fibre extinction with `fibre`.
+    /// Those of a sun, or the pyramid of a point light that holds the way L to it. Densities count
+    /// as under fibre extinction with `fibre`.
     SweptRays(const VoxelTree& tree, const Light& light, const Vec3d& L, bool fibre)
-        : m_tree(tree), m_fibre(fibre), m_fans(light.kind != LightKind::directional), m_L(L), m_light(tree.toCorner(light.position))
+        : m_tree(tree), m_fibre(fibre), m_fans(light.kind != LightKind::directional), m_L(L),
+          m_light(tree.toCorner(light.position))
     {
         for (int axis = 1; axis < 3; ++axis)
             if (std::abs(L[axis]) > std::abs(L[m_a])) m_a = axis;
@@ -26,11 +29,14 @@ public:
         m_sign = L[m_a] < 0 ? 1 : -1;
         if (!m_fans) return;
         m_s0 = m_sign * m_light[m_a];
-        double farthest = m_s0 + 1; // plane behind the leaves that the pyramid reaches: there the rays are as far apart as they may be
+        double farthest = m_s0 + 1; // plane behind the leaves that the pyramid reaches: there the
+                                    // rays are as far apart as they may be
         tree.forEachCell([&](const openvdb::Coord& origin, int) {
             const double s = planeBefore(origin[m_a]), reach = s + 8 - m_s0;
             for (const int axis : {m_b, m_c})
-                if (origin[axis] - m_light[axis] > reach || origin[axis] + 8 - m_light[axis] < -reach) return;
+                if (origin[axis] - m_light[axis] > reach
+                    || origin[axis] + 8 - m_light[axis] < -reach)
+                    return;
             if (s > m_s0 + 1e-3) farthest = std::max(farthest, s + 8);
         });
         m_widening = ShadowSweep::kSpacing / (farthest - m_s0);
@@ -39,7 +45,10 @@ public:
     double planeBefore(int voxel) const { return m_sign > 0 ? voxel & ~7 : -((voxel & ~7) + 8.0); }
     double planeBefore(const int* cell) const { return planeBefore(cell[m_a]); }
     /// Way from p to the plane at s, against the light.
-    double way(const Vec3d& p, double s) const { return (m_sign * p[m_a] - s) / std::abs(m_L[m_a]); }
+    double way(const Vec3d& p, double s) const
+    {
+        return (m_sign * p[m_a] - s) / std::abs(m_L[m_a]);
+    }
     bool startsBefore(double s) const { return !m_fans || s > m_s0 + 1e-3; }
     /// 255 roots of the transmittance at p's place on the plane at s, between each `stride`th rays.
     double code(const Vec3d& p, double s, int stride) const
@@ -71,9 +80,11 @@ private:
         const MarchRay r(m_tree, x, L, distance);
         double sum = 0;
         forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
-            const Vec3d middle(span.cell[0] + 4, span.cell[1] + 4, span.cell[2] + 4), seen = m_fans ? (m_light - middle).unit() : L;
-            sum += m_fibre ? leafIntegral<true>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen)
-                           : leafIntegral<false>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen);
+            const Vec3d middle(span.cell[0] + 4, span.cell[1] + 4, span.cell[2] + 4),
+                seen = m_fans ? (m_light - middle).unit() : L;
+            sum += m_fibre
+                ? leafIntegral<true>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen)
+                : leafIntegral<false>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen);
             return true;
         });
         return sum;

@@ -20,7 +20,9 @@ Volume noise(int size, double fill, double most)
     for (int x = 0; x < size; ++x)
         for (int y = 0; y < size; ++y)
             for (int z = 0; z < size; ++z)
-                if (random.uniform() < fill) volume.parts[0].density->tree().setValue({x - 5, y, z - 16}, float(most * random.uniform()));
+                if (random.uniform() < fill)
+                    volume.parts[0].density->tree().setValue({x - 5, y, z - 16},
+                                                             float(most * random.uniform()));
     return volume;
 }
 
@@ -44,7 +46,10 @@ Image fromAfar(const VoxelTree& tree, const Light& light, int samples, bool lod)
     return render(tree, {}, camera, {light}, params);
 }
 
-double coarserDensity(const double* densities, double extinction) { return coarserVoxel(densities, kEven.data(), extinction).density; }
+double coarserDensity(const double* densities, double extinction)
+{
+    return coarserVoxel(densities, kEven.data(), extinction).density;
+}
 
 } // namespace
 
@@ -63,31 +68,41 @@ TEST(VoxelTree, CoarserDensityKeepsTheMeanTransmittanceOfColumns)
     EXPECT_NEAR(coarserDensity(one, 1), 1e-9 / 8, 1e-18);
 }
 
-// Single scattering in eight voxels, by beams cut into many, against that of the coarser voxel times what it shows.
+// Single scattering in eight voxels, by beams cut into many, against that of the coarser voxel
+// times what it shows.
 TEST(VoxelTree, CoarserVoxelsShowTheLightThatTheirPartsShow)
 {
     Random random(11);
     for (int n = 0; n < 20; ++n) {
         double depths[8];
-        for (double& d : depths) d = n == 0 ? 0.7 : random.uniform() < 0.5 ? 0 : 3 * random.uniform();
+        for (double& d : depths)
+            d = n == 0 ? 0.7 : random.uniform() < 0.5 ? 0 : 3 * random.uniform();
         depths[3] += 0.01;
         if (n == 0) depths[3] = 0.7;
         const CoarserVoxel v = coarserVoxel(depths, kEven.data(), 1);
-        const double whole[8] = {v.density, v.density, v.density, v.density, v.density, v.density, v.density, v.density};
-        // Along a beam into the face across `eye`, against it or not, light along `light`: midpoints of kCuts^3 cells a voxel.
+        const double whole[8] = {v.density, v.density, v.density, v.density,
+                                 v.density, v.density, v.density, v.density};
+        // Along a beam into the face across `eye`, against it or not, light along `light`:
+        // midpoints of kCuts^3 cells a voxel.
         constexpr int kCuts = 48;
-        const auto scattered = [&](const double* density, int eye, bool eye_up, int light, bool light_up) {
+        const auto scattered = [&](const double* density, int eye, bool eye_up, int light,
+                                   bool light_up) {
             double sum = 0;
             for (int k = 0; k < 8; ++k)
                 for (int i = 0; i < kCuts; ++i)
                     for (int j = 0; j < kCuts; ++j) {
-                        const double in_eye = (i + 0.5) / kCuts, in_light = eye == light ? in_eye : (j + 0.5) / kCuts;
-                        const auto depthTo = [&](int axis, bool up, double at) { // to the face that the beam enters by
+                        const double in_eye = (i + 0.5) / kCuts,
+                                     in_light = eye == light ? in_eye : (j + 0.5) / kCuts;
+                        const auto depthTo = [&](int axis, bool up,
+                                                 double at) { // to the face that the beam enters by
                             const int along = 4 >> axis;
                             const bool before = up ? !(k & along) : (k & along);
-                            return density[k] * (up ? 1 - at : at) + (before ? density[k ^ along] : 0);
+                            return density[k] * (up ? 1 - at : at)
+                                + (before ? density[k ^ along] : 0);
                         };
-                        sum += density[k] * std::exp(-depthTo(eye, eye_up, in_eye) - depthTo(light, light_up, in_light));
+                        sum += density[k]
+                            * std::exp(-depthTo(eye, eye_up, in_eye)
+                                       - depthTo(light, light_up, in_light));
                     }
             return sum / (4 * kCuts * kCuts);
         };
@@ -99,7 +114,9 @@ TEST(VoxelTree, CoarserVoxelsShowTheLightThatTheirPartsShow)
                     parts[from] += scattered(depths, eye, ends & 1, light, ends >> 1);
                     even[from] += scattered(whole, eye, ends & 1, light, ends >> 1);
                 }
-        for (int from = 0; from < 3; ++from) EXPECT_NEAR(v.shown[from] * even[from], parts[from], 1e-3 * even[from]) << n << " " << from;
+        for (int from = 0; from < 3; ++from)
+            EXPECT_NEAR(v.shown[from] * even[from], parts[from], 1e-3 * even[from])
+                << n << " " << from;
         for (const float shown : v.shown) EXPECT_TRUE(n > 0 || std::abs(shown - 1) < 1e-6) << shown;
     }
 }
@@ -119,12 +136,15 @@ TEST(VoxelTree, AHomogeneousBlockIsExactAtEveryLevel)
             EXPECT_EQ(level.voxelCount(), std::uint64_t(128 * 128 * 128) >> (3 * k)) << k << tiles;
             const Vec3d d = Vec3d(0.2, -0.3, 1).unit(), o(0.05, 0.03, -8);
             const MarchRay r(level, level.toCorner(o), d, MarchRay::kFar);
-            EXPECT_NEAR(lineIntegral<false>(level, r, d, 1e30) * level.voxelSize(), 0.7 * 12.8 / d[2], 1e-5) << k << tiles;
+            EXPECT_NEAR(lineIntegral<false>(level, r, d, 1e30) * level.voxelSize(),
+                        0.7 * 12.8 / d[2], 1e-5)
+                << k << tiles;
         }
     }
 }
 
-// Parallel rays through random voxels, level by level: the mean transmittance stays, where that of mean densities falls.
+// Parallel rays through random voxels, level by level: the mean transmittance stays, where that of
+// mean densities falls.
 TEST(VoxelTree, RandomVolumesKeepTheirMeanTransmittance)
 {
     VoxelTree level(noise(64, 0.15, 0.8));
@@ -136,13 +156,17 @@ TEST(VoxelTree, RandomVolumesKeepTheirMeanTransmittance)
         for (int i = 0; i < count; ++i) {
             Vec3d d(0.0);
             d[i % 3] = 1;
-            if (i % 2) d = (d + 0.4 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric())).unit();
-            const Vec3d p = Vec3d(27, 32, 16) + 20.0 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric());
+            if (i % 2)
+                d = (d + 0.4 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric()))
+                        .unit();
+            const Vec3d p = Vec3d(27, 32, 16)
+                + 20.0 * Vec3d(random.symmetric(), random.symmetric(), random.symmetric());
             const MarchRay r(level, level.toCorner(p - 500.0 * d), d, MarchRay::kFar);
             mean += std::exp(-lineIntegral<false>(level, r, d, 1e30) * level.voxelSize()) / count;
         }
         if (k == 0) first = mean;
-        EXPECT_NEAR(std::log(mean) / std::log(first), 1, 0.03) << "level " << k << ": " << mean << " of " << first;
+        EXPECT_NEAR(std::log(mean) / std::log(first), 1, 0.03)
+            << "level " << k << ": " << mean << " of " << first;
         level = VoxelTree::coarser(level, 1);
     }
 }
@@ -156,7 +180,8 @@ TEST(VoxelTree, CoarserVoxelsWidenTheLobe)
         for (int k = 0; k < 8; ++k) {
             const openvdb::Coord at(k >> 2, k >> 1 & 1, k & 1);
             volume.parts[0].density->tree().setValue(at, 1);
-            volume.parts[0].direction->tree().setValue(at, Vec3f(float(std::sin(k % 2 ? angle : -angle)), float(std::cos(angle)), 0));
+            volume.parts[0].direction->tree().setValue(
+                at, Vec3f(float(std::sin(k % 2 ? angle : -angle)), float(std::cos(angle)), 0));
         }
         const VoxelTree tree = VoxelTree::coarser(VoxelTree(volume), 1);
         ASSERT_EQ(tree.voxelCount(), 1u);
@@ -179,25 +204,31 @@ TEST(VoxelTree, CoarserVoxelsKeepTheirPartsInEveryLeaf)
         volume.parts.push_back(emptyPart());
         volume.parts.back().material = name;
     }
-    const auto density = [](int x, int y, int z, int part) { return float(1 + x + 2 * y + 4 * z) / float(part + 1); };
+    const auto density = [](int x, int y, int z, int part) {
+        return float(1 + x + 2 * y + 4 * z) / float(part + 1);
+    };
     constexpr int kEdge = 20;
     for (int x = 0; x < kEdge; ++x)
         for (int y = 0; y < kEdge; ++y)
             for (int z = 0; z < kEdge; ++z)
                 for (int part = 0; part < 2; ++part)
-                    volume.parts[part].density->tree().setValue({16 * x, 16 * y, 16 * z}, density(x, y, z, part));
+                    volume.parts[part].density->tree().setValue({16 * x, 16 * y, 16 * z},
+                                                                density(x, y, z, part));
     const VoxelTree tree = VoxelTree::coarser(VoxelTree(volume), 0); // keeps the mean
     ASSERT_EQ(tree.leafCount(), std::size_t(kEdge * kEdge * kEdge));
     for (int x = 0; x < kEdge; ++x)
         for (int y = 0; y < kEdge; ++y)
             for (int z = 0; z < kEdge; ++z) {
                 double found[2] = {0, 0};
-                tree.contents(tree.leafAt(8 * x, 8 * y, 8 * z), 0, [&](const VoxelContent& c) { found[c.part] += c.density; });
-                for (int part = 0; part < 2; ++part) ASSERT_NEAR(found[part], density(x, y, z, part) / 8, 1e-5 * found[part]);
+                tree.contents(tree.leafAt(8 * x, 8 * y, 8 * z), 0,
+                              [&](const VoxelContent& c) { found[c.part] += c.density; });
+                for (int part = 0; part < 2; ++part)
+                    ASSERT_NEAR(found[part], density(x, y, z, part) / 8, 1e-5 * found[part]);
             }
 }
 
-// Levels change on the way without gaps: a homogeneous block that reaches through several shows the closed form.
+// Levels change on the way without gaps: a homogeneous block that reaches through several shows the
+// closed form.
 TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
 {
     Volume volume = emptyVolume(0.01);
@@ -219,24 +250,30 @@ TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
             const CameraRays rays(camera, params.width, params.height);
             Material material;
             material.alpha = 1;
-            const std::vector<VoxelLevel> in_use = voxelLevels(std::make_shared<const VoxelTree>(volume), camera, params);
+            const std::vector<VoxelLevel> in_use =
+                voxelLevels(std::make_shared<const VoxelTree>(volume), camera, params);
             EXPECT_GE(in_use.size(), 2u);
             const LevelOfDetail levels(in_use, {material}, {light}, params, rays, {0, 0, 2, 2});
             Integrator::Scratch scratch;
             const CameraRay ray = rays.ray(0.9, 1.2);
             const RaySample sample = levels.trace(ray.origin, ray.direction, scratch);
-            EXPECT_NEAR(-std::log(sample.transmittance), 0.5 * 5.12, filter == Filter::box ? 2e-3 : 0.01) << int(filter) << int(shadows);
-            EXPECT_NEAR(sample.radiance[0], 0.25 * -std::expm1(-2 * 0.5 * 5.12) / 2, 3e-3) << int(filter) << int(shadows);
+            EXPECT_NEAR(-std::log(sample.transmittance), 0.5 * 5.12,
+                        filter == Filter::box ? 2e-3 : 0.01)
+                << int(filter) << int(shadows);
+            EXPECT_NEAR(sample.radiance[0], 0.25 * -std::expm1(-2 * 0.5 * 5.12) / 2, 3e-3)
+                << int(filter) << int(shadows);
         }
 }
 
-// From afar one sample with levels of detail is nearer to many full samples than four full ones are.
+// From afar one sample with levels of detail is nearer to many full samples than four full ones
+// are.
 TEST(LevelOfDetail, InSparseNoiseOneSampleIsWorthMoreThanFourWithout)
 {
     const VoxelTree tree(noise(64, 0.05, 1));
     Light light;
     light.direction = Vec3d(1, -1, -1).unit();
-    const Image reference = fromAfar(tree, light, 256, false), four = fromAfar(tree, light, 4, false), one = fromAfar(tree, light, 1, true);
+    const Image reference = fromAfar(tree, light, 256, false),
+                four = fromAfar(tree, light, 4, false), one = fromAfar(tree, light, 1, true);
     double error_four = 0, error_one = 0;
     for (int y = 4; y < 10; ++y)
         for (int x = 4; x < 10; ++x) { // inside the outline
@@ -246,8 +283,9 @@ TEST(LevelOfDetail, InSparseNoiseOneSampleIsWorthMoreThanFourWithout)
     EXPECT_LT(error_one, error_four);
 }
 
-// Clumps shade what lies in them. Wide voxels of the same mean transmittance alone are 1.6 times too bright here; with what their parts show they are
-// 4 % too dark under light from the eye's side, and 26 % under light that grazes (the limit says no more than that).
+// Clumps shade what lies in them. Wide voxels of the same mean transmittance alone are 1.6 times
+// too bright here; with what their parts show they are 4 % too dark under light from the eye's
+// side, and 26 % under light that grazes (the limit says no more than that).
 TEST(LevelOfDetail, ClumpsAreAsBrightFromAfar)
 {
     const VoxelTree tree(noise(64, 0.1, 6));

@@ -18,8 +18,9 @@ protected:
     void SetUp() override
     {
         openvdb::initialize();
-        m_dir =
-            fs::path(testing::TempDir()) / ("voxel_levels_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        m_dir = fs::path(testing::TempDir())
+            / ("voxel_levels_"
+               + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
         fs::remove_all(m_dir);
         fs::create_directories(m_dir);
         m_file = m_dir / "volume.vdb";
@@ -27,7 +28,8 @@ protected:
     }
     void TearDown() override { fs::remove_all(m_dir); }
 
-    // Two materials that overlap, 40 x 40 x 400 voxels around the origin and away from it along z, away from the grid's origin too.
+    // Two materials that overlap, 40 x 40 x 400 voxels around the origin and away from it along z,
+    // away from the grid's origin too.
     static Volume strands()
     {
         Volume volume;
@@ -42,14 +44,16 @@ protected:
             const auto transform = openvdb::math::Transform::createLinearTransform(0.02);
             transform->postTranslate(Vec3d(0.013, -0.4, 0));
             for (const openvdb::GridBase::Ptr& grid :
-                 {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction), openvdb::GridBase::Ptr(part.colour)})
+                 {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction),
+                  openvdb::GridBase::Ptr(part.colour)})
                 grid->setTransform(transform);
             for (int i = 0; i < 60000; ++i) {
                 const auto at = [&](int size) { return int(random.uniform() * size) - 20; };
                 const openvdb::Coord voxel(at(40), at(40), at(400));
                 part.density->tree().setValue(voxel, float(20 * random.uniform()));
                 const auto component = [&] { return float(random.uniform() - 0.5); };
-                part.direction->tree().setValue(voxel, Vec3f(component(), component(), component()));
+                part.direction->tree().setValue(voxel,
+                                                Vec3f(component(), component(), component()));
                 const auto level = [&] { return float(random.uniform()); };
                 part.colour->tree().setValue(voxel, Vec3f(level(), level(), level()));
             }
@@ -107,7 +111,8 @@ TEST_F(StoredLevels, AreThoseThatAreMade)
                 const float density = a.densities(leaf)[n];
                 ASSERT_NEAR(b.densities(other)[n], density, 1e-3 * density);
                 if (density == 0) continue;
-                for (int k = 0; k < 3; ++k) ASSERT_NEAR(b.shown(other, n)[k], a.shown(leaf, n)[k], 1e-3);
+                for (int k = 0; k < 3; ++k)
+                    ASSERT_NEAR(b.shown(other, n)[k], a.shown(leaf, n)[k], 1e-3);
                 VoxelContent contents[2];
                 a.contents(leaf, n, [&](const VoxelContent& c) { contents[c.part] = c; });
                 b.contents(other, n, [&](const VoxelContent& c) {
@@ -132,7 +137,8 @@ TEST_F(StoredLevels, AreThoseThatAreMade)
     const Image image = render(stored, materials, camera(), {light}, params());
     double difference = 0, mean = 0;
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        difference += std::pow(image.pixels[i] - expected.pixels[i], 2) / double(image.pixels.size());
+        difference +=
+            std::pow(image.pixels[i] - expected.pixels[i], 2) / double(image.pixels.size());
         mean += expected.pixels[i] / double(image.pixels.size());
     }
     EXPECT_GT(mean, 0.05);
@@ -169,8 +175,10 @@ TEST_F(StoredLevels, OfSomethingElseAreNotRead)
     EXPECT_EQ(storedLevels(m_file, 1.01), 0);
     fs::rename(levelFile(m_file, 2), m_dir / "away");
     EXPECT_EQ(storedLevels(m_file, 1), 0);
-    EXPECT_EQ(readVoxelLevels(m_file, camera(), params()).size(),
-              voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(m_file)), camera(), params()).size());
+    EXPECT_EQ(
+        readVoxelLevels(m_file, camera(), params()).size(),
+        voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(m_file)), camera(), params())
+            .size());
     fs::rename(m_dir / "away", levelFile(m_file, 2));
     EXPECT_EQ(storedLevels(m_file, 1), count);
     fs::remove(levelFile(m_file, count));
