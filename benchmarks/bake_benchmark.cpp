@@ -20,10 +20,10 @@ const std::vector<Material> kMaterials = [] {
     return std::vector<Material>{fibre, leaf};
 }();
 
-Level stem(const std::string& name, const std::string& parent, double count, double length,
-           double radius)
+GrowthLevel stem(const std::string& name, const std::string& parent, double count, double length,
+                 double radius)
 {
-    Level l;
+    GrowthLevel l;
     l.name = name;
     l.parent = parent;
     l.count = {count, count};
@@ -33,12 +33,12 @@ Level stem(const std::string& name, const std::string& parent, double count, dou
 }
 
 /// 2000 hairs of 12 pieces, 8 mm across.
-Primitive tuft()
+GrowthRule tuft()
 {
-    Primitive p;
+    GrowthRule p;
     p.name = "tuft";
     p.material = "fibre";
-    Level hair = stem("hair", "ground", 2000, 0.03, 40e-6);
+    GrowthLevel hair = stem("hair", "ground", 2000, 0.03, 40e-6);
     hair.spread = 0.004;
     hair.segments = 12;
     hair.angle = {0, 0.3};
@@ -48,13 +48,13 @@ Primitive tuft()
 }
 
 /// A tree of 10 m and about a million pieces, most of them leaves.
-Primitive tree()
+GrowthRule tree()
 {
-    Primitive p;
+    GrowthRule p;
     p.name = "tree";
     p.material = "fibre";
-    Level trunk = stem("trunk", "ground", 1, 6, 0.3), bough = stem("bough", "trunk", 14, 4, 0),
-          leaf = stem("leaf", "bough", 95, 0.1, 0);
+    GrowthLevel trunk = stem("trunk", "ground", 1, 6, 0.3),
+                bough = stem("bough", "trunk", 14, 4, 0), leaf = stem("leaf", "bough", 95, 0.1, 0);
     bough.radius_ratio = 0.45;
     bough.depth = 4;
     bough.fork = {6, 6};
@@ -93,7 +93,7 @@ double memoryOf(const char* key)
 
 void resetPeak() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
-void growing(benchmark::State& state, const Primitive& p)
+void growing(benchmark::State& state, const GrowthRule& p)
 {
     std::size_t segments = 0;
     for (auto _ : state) segments += count(grow(p, 0));
@@ -102,7 +102,7 @@ void growing(benchmark::State& state, const Primitive& p)
         benchmark::Counter(double(segments), benchmark::Counter::kIsRate);
 }
 
-void baking(benchmark::State& state, Primitive p, double voxel)
+void baking(benchmark::State& state, GrowthRule p, double voxel)
 {
     p.voxel = voxel;
     const double segments = double(count(grow(p, 0)));

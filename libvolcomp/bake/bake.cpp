@@ -52,14 +52,14 @@ double voxelFor(const Skeleton& skeleton)
     return std::max({0.5 * thin, longest / kVoxelsAcross, kSmallestVoxel});
 }
 
-Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant,
+Box bake(const GrowthRule& primitive, const std::vector<Material>& materials, int variant,
          const Progress& progress)
 {
     primitive.validate();
     if (variant < 0 || variant >= primitive.variants)
         throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", primitive.name,
                                 primitive.variants - 1, variant));
-    for (const Level& level : primitive.levels)
+    for (const GrowthLevel& level : primitive.levels)
         find(materials, level.material.empty() ? primitive.material : level.material,
              primitive.name);
     Skeleton skeleton = grow(primitive, variant);
@@ -97,7 +97,7 @@ Box bake(const Primitive& primitive, const std::vector<Material>& materials, int
     return box;
 }
 
-openvdb::MetaMap boxMetadata(const Primitive& primitive, int variant)
+openvdb::MetaMap boxMetadata(const GrowthRule& primitive, int variant)
 {
     openvdb::MetaMap meta;
     meta.insertMeta("volcomp_box", openvdb::StringMetadata(primitive.name));

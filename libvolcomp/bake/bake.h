@@ -16,7 +16,7 @@ namespace volcomp {
 /// that something grew of. Deterministic for any number of threads. The box is as large as what
 /// grows: nothing is cut off. Throws Error where the primitive is out of range, names an unknown
 /// material or would exceed its number of segments.
-Box bake(const Primitive& primitive, const std::vector<Material>& materials, int variant,
+Box bake(const GrowthRule& primitive, const std::vector<Material>& materials, int variant,
          const Progress& progress = {});
 
 /// Edge of a voxel for a primitive that gives none, metres: half the width of the thin pieces (the
@@ -25,6 +25,6 @@ Box bake(const Primitive& primitive, const std::vector<Material>& materials, int
 double voxelFor(const Skeleton& skeleton);
 
 /// What a file says about the box that it holds: the primitive's parameters, as metadata.
-openvdb::MetaMap boxMetadata(const Primitive& primitive, int variant);
+openvdb::MetaMap boxMetadata(const GrowthRule& primitive, int variant);
 
 } // namespace volcomp

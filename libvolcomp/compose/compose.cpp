@@ -36,7 +36,7 @@ void check(const std::vector<Box>& boxes, const std::vector<Placement>& placemen
 }
 
 /// Place of a block among the leaves of its tree's node of 128^3 voxels.
-int placeInNode(const openvdb::Coord& origin)
+int scatterInCell(const openvdb::Coord& origin)
 {
     return (origin[0] >> 3 & 15) << 8 | (origin[1] >> 3 & 15) << 4 | (origin[2] >> 3 & 15);
 }
@@ -48,7 +48,7 @@ struct TileBlocks {
 };
 
 /// The blocks of all tiles in the order of an OpenVDB tree.
-std::vector<PackedBlock> inOrder(const Composer& composer, const std::vector<TileBlocks>& tiles)
+std::vector<PackedBlock> inOrder(const TileSources& composer, const std::vector<TileBlocks>& tiles)
 {
     std::vector<std::size_t> first_tile, first_block; // of each node
     std::size_t count = 0;
@@ -67,13 +67,13 @@ std::vector<PackedBlock> inOrder(const Composer& composer, const std::vector<Til
         for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t)
             to = std::copy_n(tiles[t].first, tiles[t].count, to);
         std::sort(begin, to, [](const PackedBlock& a, const PackedBlock& b) {
-            return placeInNode(a.origin) < placeInNode(b.origin);
+            return scatterInCell(a.origin) < scatterInCell(b.origin);
         });
     });
     return blocks;
 }
 
-PackedPart composePart(const Composer& composer, const Progress& progress)
+PackedPart composePart(const TileSources& composer, const Progress& progress)
 {
     struct Worker {
         TileAccumulator sums;
@@ -129,7 +129,7 @@ double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& plac
 }
 
 /// Composes some tiles and adds what all would need.
-void estimatePart(const Composer& composer, ComposeEstimate& e)
+void estimatePart(const TileSources& composer, ComposeEstimate& e)
 {
     constexpr std::size_t kSample = 256;
     const std::size_t tiles = composer.tileCount(), sample = std::min(tiles, kSample);
@@ -176,11 +176,11 @@ PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
     for (std::size_t m = 0; m < sources.materials.size(); ++m)
-        volume.parts.push_back(
-            composePart(Composer(sources.boxes, placements, extras, params, sources.materials[m]),
-                        [&](double f) {
-                            report(progress, (double(m) + f) / double(sources.materials.size()));
-                        }));
+        volume.parts.push_back(composePart(
+            TileSources(sources.boxes, placements, extras, params, sources.materials[m]),
+            [&](double f) {
+                report(progress, (double(m) + f) / double(sources.materials.size()));
+            }));
     if (volume.parts.empty()) volume.parts.emplace_back();
     report(progress, 1);
     return volume;
@@ -200,7 +200,7 @@ ComposeEstimate estimateCompose(const std::vector<Box>& boxes,
     const BoxSources sources = packBoxes(boxes, placements, extras, coarse.voxel);
     ComposeEstimate e;
     for (const std::string& material : sources.materials)
-        estimatePart(Composer(sources.boxes, placements, extras, coarse, material), e);
+        estimatePart(TileSources(sources.boxes, placements, extras, coarse, material), e);
     e.voxels *= factor;
     e.bytes *= factor;
     e.bytes += double(placements.size()) * sizeof(Placement);

@@ -33,7 +33,7 @@ public:
 private:
     const Surface* m_surface;
     SkinSpec m_spec;
-    Map m_colour;
+    SecondDensity m_colour;
 };
 
 } // namespace volcomp

@@ -83,8 +83,9 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>
     return packed;
 }
 
-Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements,
-                   const ComposeExtras& extras, const ComposeParams& params, std::string material)
+TileSources::TileSources(const std::vector<Pyramids>& boxes,
+                         const std::vector<Placement>& placements, const ComposeExtras& extras,
+                         const ComposeParams& params, std::string material)
     : m_boxes(boxes), m_placements(placements), m_extras(extras), m_params(params),
       m_material(std::move(material))
 {
@@ -92,7 +93,7 @@ Composer::Composer(const std::vector<Pyramids>& boxes, const std::vector<Placeme
     findTiles();
 }
 
-PackedPart Composer::emptyPart() const
+PackedPart TileSources::emptyPart() const
 {
     PackedPart part;
     part.material = m_material;
@@ -103,8 +104,8 @@ PackedPart Composer::emptyPart() const
     return part;
 }
 
-void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store,
-                       std::vector<PackedBlock>& blocks) const
+void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& store,
+                          std::vector<PackedBlock>& blocks) const
 {
     const std::size_t first = m_first[tile], end = m_first[tile + 1];
     const openvdb::Coord origin = tileOrigin(m_entries[first].tile);
@@ -132,7 +133,7 @@ void Composer::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& stor
                 blocks);
 }
 
-const SourcePart* Composer::partOf(const Placement& p) const
+const SourcePart* TileSources::partOf(const Placement& p) const
 {
     for (const Pyramid& levels : m_boxes[p.box])
         if (levels[0].material == m_material) {
@@ -143,7 +144,7 @@ const SourcePart* Composer::partOf(const Placement& p) const
     return nullptr;
 }
 
-const VoxelTint* Composer::tintOf(const Placement& p) const
+const VoxelTint* TileSources::tintOf(const Placement& p) const
 {
     if (p.layer < 0 || static_cast<std::size_t>(p.layer) >= m_extras.tints.size()) return nullptr;
     const VoxelTint& t = m_extras.tints[p.layer];
@@ -151,7 +152,7 @@ const VoxelTint* Composer::tintOf(const Placement& p) const
 }
 
 /// Whether grids of direction and colour are needed, and where not, the one colour.
-void Composer::findColours()
+void TileSources::findColours()
 {
     std::optional<Vec3f> shared;
     const auto see = [&](const Vec3f& c) {
@@ -177,7 +178,7 @@ void Composer::findColours()
     m_uniform = shared.value_or(Vec3f(1.0f));
 }
 
-void Composer::findTiles()
+void TileSources::findTiles()
 {
     constexpr std::size_t kChunk = 4096;
     const std::size_t chunks = (m_placements.size() + kChunk - 1) / kChunk;

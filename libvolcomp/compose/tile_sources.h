@@ -25,10 +25,10 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>
                      const ComposeExtras& extras, double voxel);
 
 /// All arguments must outlive it.
-class Composer {
+class TileSources {
 public:
-    Composer(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements,
-             const ComposeExtras& extras, const ComposeParams& params, std::string material);
+    TileSources(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements,
+                const ComposeExtras& extras, const ComposeParams& params, std::string material);
 
     /// A part without voxels, of the right kind and grids.
     PackedPart emptyPart() const;

@@ -13,7 +13,7 @@ TintWalk::TintWalk(const VoxelTint& tint, std::int32_t triangle)
 
 Vec3f TintWalk::at(const Vec3d& world)
 {
-    const Map& map = *m_tint.colour;
+    const SecondDensity& map = *m_tint.colour;
     if (!map.usesUv()) return map.colour({0.0, 0.0}, world);
     return map.colour(m_by_mesh ? m_tint.surface->uvNear(world, m_triangle)
                                 : m_tint.surface->projection().project(world),

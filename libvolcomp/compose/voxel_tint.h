@@ -12,7 +12,7 @@ namespace volcomp {
 /// The pointers must outlive compose(); nulls: no such colour.
 struct VoxelTint {
     const Surface* surface = nullptr;
-    const Map* colour = nullptr;
+    const SecondDensity* colour = nullptr;
 };
 
 /// The look-ups of one placed box, one after another.

@@ -65,7 +65,7 @@ struct Node {
     double radius;
 };
 
-int drawCount(const Level::Span& span, Random& random)
+int drawCount(const GrowthLevel::Span& span, Random& random)
 {
     return static_cast<int>(std::floor(random.uniform(span.first, span.second + 1 - 1e-9) + 1e-12));
 }
@@ -91,7 +91,7 @@ std::vector<double> nodeWidths(Outline outline, int segments)
 }
 
 /// The line of a strand, segments + 1 nodes, without curl, frizz and clump where `plain`.
-void trace(const Level& level, const Strand& strand, bool plain, std::vector<Node>& nodes)
+void trace(const GrowthLevel& level, const Strand& strand, bool plain, std::vector<Node>& nodes)
 {
     Random random(hashKey(strand.key, 1));
     const int n = level.segments;
@@ -144,11 +144,11 @@ void trace(const Level& level, const Strand& strand, bool plain, std::vector<Nod
 /// it.
 class Grower {
 public:
-    Grower(const Primitive& primitive, int variant)
+    Grower(const GrowthRule& primitive, int variant)
         : m_primitive(primitive),
           m_key(hashKey(primitive.seed, static_cast<std::uint64_t>(variant)))
     {
-        for (const Level& level : primitive.levels) {
+        for (const GrowthLevel& level : primitive.levels) {
             const std::string& material =
                 level.material.empty() ? primitive.material : level.material;
             std::size_t part = 0;
@@ -182,7 +182,7 @@ public:
 private:
     void grow(std::size_t index, bool keep)
     {
-        const Level& level = m_primitive.levels[index];
+        const GrowthLevel& level = m_primitive.levels[index];
         const int parent = m_primitive.parentOf(index);
         std::vector<Strand> strands;
         if (parent < 0) {
@@ -212,7 +212,7 @@ private:
 
     std::vector<Strand> onGround(std::size_t index) const
     {
-        const Level& level = m_primitive.levels[index];
+        const GrowthLevel& level = m_primitive.levels[index];
         const std::uint64_t key = hashKey(m_key, index);
         Random random(hashKey(key, 0));
         const int count = drawCount(level.count, random);
@@ -242,7 +242,7 @@ private:
     }
 
     /// The frame of a strand on the ground that leans outwards at the azimuth `a`.
-    static void place(const Level&, Strand& s, double a, double lean)
+    static void place(const GrowthLevel&, Strand& s, double a, double lean)
     {
         const Vec3d outward(std::cos(a), 0, std::sin(a));
         s.frame.t = Vec3d(0, 1, 0) * std::cos(lean) + outward * std::sin(lean);
@@ -250,11 +250,12 @@ private:
     }
 
     /// The strands of level `index` that stand on `parents`, in the order of the parents.
-    std::vector<Strand> onStrands(const std::vector<Strand>& parents, const Level& parent_level,
-                                  std::size_t index, bool fork) const
+    std::vector<Strand> onStrands(const std::vector<Strand>& parents,
+                                  const GrowthLevel& parent_level, std::size_t index,
+                                  bool fork) const
     {
-        const Level& level = m_primitive.levels[index];
-        const Level::Span span = fork ? level.fork : level.count;
+        const GrowthLevel& level = m_primitive.levels[index];
+        const GrowthLevel::Span span = fork ? level.fork : level.count;
         std::vector<std::size_t> first(parents.size() + 1, 0);
         for (std::size_t i = 0; i < parents.size(); ++i) {
             Random random(hashKey(parents[i].key, 1000 + index));
@@ -275,7 +276,7 @@ private:
         return strands;
     }
 
-    void bear(const Level& level, const Strand& parent, const std::vector<Node>& nodes,
+    void bear(const GrowthLevel& level, const Strand& parent, const std::vector<Node>& nodes,
               std::size_t index, bool fork, int count, Strand* out) const
     {
         const std::uint64_t key = hashKey(parent.key, 2000 + index);
@@ -332,7 +333,7 @@ private:
     /// Adds the segments of the strands to the level's part.
     void draw(std::size_t index, const std::vector<Strand>& strands)
     {
-        const Level& level = m_primitive.levels[index];
+        const GrowthLevel& level = m_primitive.levels[index];
         std::vector<std::vector<Node>>
             guides; // the middle line of each clump, towards which its strands bend
         if (m_primitive.parentOf(index) < 0 && level.clump > 0 && !strands.empty())
@@ -391,7 +392,7 @@ private:
                        segments.end());
     }
 
-    std::vector<std::vector<Node>> clumpGuides(const Level& level, std::size_t index) const
+    std::vector<std::vector<Node>> clumpGuides(const GrowthLevel& level, std::size_t index) const
     {
         Random random(hashKey(hashKey(m_key, index), 0));
         drawCount(level.count, random); // the same stream as in onGround()
@@ -409,7 +410,8 @@ private:
         return guides;
     }
 
-    static void gather(const Level& level, const std::vector<Node>& guide, std::vector<Node>& nodes)
+    static void gather(const GrowthLevel& level, const std::vector<Node>& guide,
+                       std::vector<Node>& nodes)
     {
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const double s = double(i) / double(nodes.size() - 1), w = level.clump * s * (2 - s);
@@ -417,7 +419,7 @@ private:
         }
     }
 
-    const Primitive& m_primitive;
+    const GrowthRule& m_primitive;
     std::uint64_t m_key;
     std::vector<std::size_t> m_part;          ///< of each level
     std::vector<std::uint32_t> m_strands;     ///< numbers given out in each part
@@ -427,7 +429,7 @@ private:
 
 } // namespace
 
-Skeleton grow(const Primitive& primitive, int variant)
+Skeleton grow(const GrowthRule& primitive, int variant)
 {
     primitive.validate();
     return Grower(primitive, variant).run();

@@ -33,8 +33,8 @@ using Skeleton = std::vector<SkeletonPart>;
 
 /// Grows variant `variant`. Every random choice is a function of the seed, the variant and the
 /// strand's place in the recursion: the result is the same for any number of threads. Strands of
-/// zero length or zero width are left out. Throws Error as Primitive::validate() does, before
+/// zero length or zero width are left out. Throws Error as GrowthRule::validate() does, before
 /// anything grows.
-Skeleton grow(const Primitive& primitive, int variant);
+Skeleton grow(const GrowthRule& primitive, int variant);
 
 } // namespace volcomp

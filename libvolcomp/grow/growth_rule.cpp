@@ -27,7 +27,7 @@ double outlineWidth(Outline outline, double s)
     return 1;
 }
 
-int Primitive::parentOf(std::size_t i) const
+int GrowthRule::parentOf(std::size_t i) const
 {
     if (levels[i].parent == "ground") return -1;
     for (std::size_t k = 0; k < i; ++k)
@@ -37,12 +37,12 @@ int Primitive::parentOf(std::size_t i) const
         name, levels[i].name, levels[i].parent));
 }
 
-double Primitive::segmentBound() const
+double GrowthRule::segmentBound() const
 {
     std::vector<std::vector<double>> strands(levels.size()); // by level and generation
     double total = 0;
     for (std::size_t i = 0; i < levels.size(); ++i) {
-        const Level& level = levels[i];
+        const GrowthLevel& level = levels[i];
         const int parent = parentOf(i);
         double bearers = parent < 0 ? 1 : 0;
         if (parent >= 0)
@@ -59,7 +59,7 @@ double Primitive::segmentBound() const
     return total;
 }
 
-void Primitive::validate() const
+void GrowthRule::validate() const
 {
     const auto check = [&](bool holds, const std::string& level, const char* key,
                            const std::string& expected, auto found) {
@@ -70,12 +70,13 @@ void Primitive::validate() const
     };
     check(variants >= 1, "", "variants", ">= 1", variants);
     check(std::isfinite(voxel) && voxel >= 0, "", "voxel", "a length >= 0", voxel);
-    for (const Level& l : levels) {
+    for (const GrowthLevel& l : levels) {
         const auto finite = [&](const char* key, double x, double low, double high = 1e6) {
             check(std::isfinite(x) && x >= low && x <= high, l.name, key,
                   fmt::format("{:g} to {:g}", low, high), x);
         };
-        const auto span = [&](const char* key, const Level::Span& s, double low, double high) {
+        const auto span = [&](const char* key, const GrowthLevel::Span& s, double low,
+                              double high) {
             finite(key, s.first, low, high);
             finite(key, s.second, s.first, high);
         };
@@ -142,12 +143,12 @@ void requireOneOf(const TableReader& r, const char* key, const std::string& what
                     names.empty() ? "there is none" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
-Level readLevel(TableReader& r, const Primitive& primitive,
-                const std::vector<std::string>& materials)
+GrowthLevel readLevel(TableReader& r, const GrowthRule& primitive,
+                      const std::vector<std::string>& materials)
 {
-    const Level* above = primitive.levels.empty() ? nullptr : &primitive.levels.back();
+    const GrowthLevel* above = primitive.levels.empty() ? nullptr : &primitive.levels.back();
     const double degree = kDegree;
-    Level l;
+    GrowthLevel l;
     const auto degrees = [&](Key key, double& value) {
         value = r.number(key, value / degree, kAny) * degree;
     };
@@ -163,7 +164,7 @@ Level readLevel(TableReader& r, const Primitive& primitive,
          "level that it grows on, or \"ground\"; the first level's is the ground, another's the level above it"},
         above ? above->name : "ground");
     std::vector<std::string> parents{"ground"};
-    for (const Level& other : primitive.levels) parents.push_back(other.name);
+    for (const GrowthLevel& other : primitive.levels) parents.push_back(other.name);
     requireOneOf(r, "parent", "level above", parents, l.parent);
     r.require(std::find(parents.begin(), parents.end(), l.name) == parents.end(), "name",
               "a name that no other level has, and not \"ground\"");
@@ -209,7 +210,7 @@ Level readLevel(TableReader& r, const Primitive& primitive,
 
     const auto angle = r.span({"angle_degrees", "degrees",
                                "from the parent's direction; on the ground from +Y, outwards"},
-                              Level::Span{0, 0}, kAny);
+                              GrowthLevel::Span{0, 0}, kAny);
     l.angle = {angle.first * degree, angle.second * degree};
     l.angle_tip =
         r.number({"angle_tip", "", "factor on the angle at the parent's tip"}, l.angle_tip, kAny);
@@ -264,10 +265,10 @@ Level readLevel(TableReader& r, const Primitive& primitive,
 
 } // namespace
 
-Primitive readPrimitive(TableReader& r, const std::string& name,
-                        const std::vector<std::string>& materials)
+GrowthRule readGrowthRule(TableReader& r, const std::string& name,
+                          const std::vector<std::string>& materials)
 {
-    Primitive p;
+    GrowthRule p;
     p.name = name;
     p.source = r.toml();
     p.material =

@@ -31,7 +31,7 @@ double outlineWidth(Outline outline, double s);
 
 /// One level of the recursion. Fractions run along the parent (0 root, 1 tip); a span is [low,
 /// high], drawn evenly.
-struct Level {
+struct GrowthLevel {
     using Span = std::pair<double, double>;
 
     std::string name;
@@ -86,14 +86,14 @@ struct Level {
 
 /// One kind of box, as a [box.NAME] table says: the levels of its recursive function, and its
 /// voxels.
-struct Primitive {
+struct GrowthRule {
     std::string name;
     std::string material; ///< of the levels that name none
     int variants = 4;     ///< boxes baked, which differ by their random numbers only
     std::uint64_t seed = 1;
     double voxel = 0; ///< edge of a voxel, metres; 0: from the thinnest feature worth showing
     double segment_limit = 1e7;
-    std::vector<Level> levels;
+    std::vector<GrowthLevel> levels;
     std::string source; ///< the table as the scene has it (TOML), for the box's file; empty where
                         ///< there was none
 
@@ -110,7 +110,7 @@ struct Primitive {
 };
 
 /// Reads a [box.NAME] table; `materials` are the names that it may use.
-Primitive readPrimitive(TableReader& table, const std::string& name,
-                        const std::vector<std::string>& materials);
+GrowthRule readGrowthRule(TableReader& table, const std::string& name,
+                          const std::vector<std::string>& materials);
 
 } // namespace volcomp

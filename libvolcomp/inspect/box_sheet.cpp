@@ -42,8 +42,9 @@ Light directional(const Vec3d& direction, double strength)
 
 } // namespace
 
-SheetTile pictureOf(const Box& box, const std::vector<Material>& materials,
-                    const RenderParams& scene_params, int size, const Progress& progress)
+BoxThumbnail renderBoxThumbnail(const Box& box, const std::vector<Material>& materials,
+                                const RenderParams& scene_params, int size,
+                                const Progress& progress)
 {
     openvdb::CoordBBox bounds;
     std::uint64_t voxels = 0;
@@ -52,7 +53,7 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials,
         voxels += part.density->activeVoxelCount();
     }
     const double h = box.volume.voxelSize();
-    SheetTile tile;
+    BoxThumbnail tile;
     tile.title = fmt::format("{} {}", box.name, box.variant + 1);
 
     Camera camera;
@@ -89,7 +90,7 @@ SheetTile pictureOf(const Box& box, const std::vector<Material>& materials,
     return tile;
 }
 
-Image sheetOf(const std::vector<SheetTile>& tiles)
+Image contactSheet(const std::vector<BoxThumbnail>& tiles)
 {
     if (tiles.empty()) throw Error("a sheet: expected at least one picture, found none");
     const int width = tiles[0].picture.width, height = tiles[0].picture.height,
@@ -107,7 +108,7 @@ Image sheetOf(const std::vector<SheetTile>& tiles)
     OIIO::ImageBuf text(OIIO::ImageSpec(sheet.width, sheet.height, 4, OIIO::TypeDesc::FLOAT),
                         sheet.pixels.data());
     for (int k = 0; k < count; ++k) {
-        const SheetTile& tile = tiles[static_cast<std::size_t>(k)];
+        const BoxThumbnail& tile = tiles[static_cast<std::size_t>(k)];
         if (tile.picture.width != width || tile.picture.height != height)
             throw Error("a sheet: expected pictures of one size");
         const int x0 = kGap + k % columns * (width + kGap),

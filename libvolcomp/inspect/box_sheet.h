@@ -13,7 +13,7 @@
 namespace volcomp {
 
 /// One picture of a sheet, with two lines below it.
-struct SheetTile {
+struct BoxThumbnail {
     Image picture;
     std::string title, subtitle;
 };
@@ -21,11 +21,12 @@ struct SheetTile {
 /// The box from the front and slightly above, as large as fits into size x size pixels, lit from
 /// the upper left in front of a bright background; its name, extent and number of voxels below.
 /// `params` gives tau and the extinction. Throws Error as render() does.
-SheetTile pictureOf(const Box& box, const std::vector<Material>& materials,
-                    const RenderParams& params, int size = 256, const Progress& progress = {});
+BoxThumbnail renderBoxThumbnail(const Box& box, const std::vector<Material>& materials,
+                                const RenderParams& params, int size = 256,
+                                const Progress& progress = {});
 
 /// The tiles in rows, wider than high. Throws Error where there is no tile, their sizes differ or
 /// no font is installed.
-Image sheetOf(const std::vector<SheetTile>& tiles);
+Image contactSheet(const std::vector<BoxThumbnail>& tiles);
 
 } // namespace volcomp

@@ -169,13 +169,13 @@ Image placementSheet(const std::vector<const Surface*>& surfaces,
             {fmt::format("{}: {}", layers[i].layer->name, counts[i]), kColours[i % 6]});
     for (const SheetLayer& l : layers) {
         labels.push_back({{l.layer->name + ": where"}});
-        const Map where(l.layer->where, false);
+        const SecondDensity where(l.layer->where, false);
         panel(l.surface, [&](const SurfacePoint& s) {
             return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f));
         });
         if (l.layer->colour.empty()) continue;
         labels.push_back({{l.layer->name + ": colour"}});
-        const Map colour(l.layer->colour, true);
+        const SecondDensity colour(l.layer->colour, true);
         panel(l.surface, [&](const SurfacePoint& s) { return colour.colour(s.uv, s.position); });
     }
     const int columns = std::min<int>(4, static_cast<int>(panels.size())),

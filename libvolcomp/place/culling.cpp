@@ -61,7 +61,7 @@ bool meets(const openvdb::BBoxd& bounds, const Vec3d& p, const Vec3d& direction,
 
 } // namespace
 
-bool inView(const Camera& camera, int width, int height, const Vec3d& centre, double radius)
+bool mayBeInView(const Camera& camera, int width, int height, const Vec3d& centre, double radius)
 {
     const Vec3d forward = (camera.target - camera.eye).unit(),
                 right = forward.cross(camera.up).unit(), up = right.cross(forward);
@@ -100,7 +100,7 @@ double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera
                     const Vec3d p = i < kPoints
                         ? s->atFraction((double(i) + 0.5) / kPoints).position
                         : points[(i - kPoints) * step];
-                    if (!inView(camera, width, height, p, 0)) continue;
+                    if (!mayBeInView(camera, width, height, p, 0)) continue;
                     const double footprint = camera.pixelFootprint(p, width);
                     if (footprint > 0 && footprint < least && !hidden(p)) least = footprint;
                 }
@@ -121,7 +121,7 @@ std::vector<Placement> cullPlacements(const std::vector<Placement>& placements,
     std::vector<char> keep(placements.size(), 0);
     tbb::parallel_for(std::size_t(0), placements.size(), [&](std::size_t i) {
         const Ball b = placed(balls[placements[i].box], placements[i]);
-        keep[i] = b.radius >= 0 && inView(camera, width, height, b.centre, b.radius);
+        keep[i] = b.radius >= 0 && mayBeInView(camera, width, height, b.centre, b.radius);
     });
     openvdb::BBoxd seen;
     for (std::size_t i = 0; i < placements.size(); ++i)

@@ -14,8 +14,8 @@ namespace volcomp {
 
 /// True where a ball may be in the picture: a conservative test against the picture's four sides
 /// and the plane of the eye.
-bool inView(const Camera& camera, int width_pixels, int height_pixels, const Vec3d& centre,
-            double radius);
+bool mayBeInView(const Camera& camera, int width_pixels, int height_pixels, const Vec3d& centre,
+                 double radius);
 
 /// `pixels` times the edge of a pixel at the nearest point of the surfaces that the camera sees.
 /// Looks at 20,000 points spread evenly over each surface and at most as many of its corners;

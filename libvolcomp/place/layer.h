@@ -37,9 +37,9 @@ struct Layer {
     double density = 0;               ///< where the second density is 1
     int cells_u = 256, cells_v = 256; ///< Sampling::uv
     Sheets sheets = Sheets::all;      ///< where a projected line meets the surface several times
-    std::vector<MapSpec> where;       ///< second density, clamped to 0 ... 1
-    std::vector<MapSpec> size;        ///< multiplies the scale
-    std::vector<MapSpec> colour;      ///< multiplies the box's colour
+    std::vector<MapFactor> where;     ///< second density, clamped to 0 ... 1
+    std::vector<MapFactor> size;      ///< multiplies the scale
+    std::vector<MapFactor> colour;    ///< multiplies the box's colour
     TintAt tint = TintAt::root;
 
     std::pair<double, double> scale{1, 1}; ///< drawn evenly

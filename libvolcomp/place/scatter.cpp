@@ -35,7 +35,7 @@ Vec3d anyTangent(const Vec3d& n)
 
 /// Everything of a layer that is looked up, loaded once.
 struct Maps {
-    Map where, size, colour;
+    SecondDensity where, size, colour;
     std::optional<Texture> comb;
 };
 
@@ -169,8 +169,8 @@ std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const
 {
     layer.validate();
     const std::string place = "layer '" + layer.name + "': ";
-    Maps maps{Map(layer.where, false), Map(layer.size, false), Map(layer.colour, true),
-              std::nullopt};
+    Maps maps{SecondDensity(layer.where, false), SecondDensity(layer.size, false),
+              SecondDensity(layer.colour, true), std::nullopt};
     if (!layer.comb_map.empty()) maps.comb = readTexture(layer.comb_map, false);
     const bool uses_uv = layer.sampling == Sampling::uv || maps.where.usesUv() || maps.size.usesUv()
         || maps.colour.usesUv() || maps.comb;

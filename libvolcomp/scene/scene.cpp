@@ -38,9 +38,9 @@ void readBoxes(TableReader& r, Scene& s)
         for (const Material& m : s.materials) materials.push_back(m.name);
         const std::string& key = name;
         s.boxes.erase(std::remove_if(s.boxes.begin(), s.boxes.end(),
-                                     [&](const Primitive& p) { return p.name == key; }),
+                                     [&](const GrowthRule& p) { return p.name == key; }),
                       s.boxes.end());
-        s.boxes.push_back(readPrimitive(table, name, materials));
+        s.boxes.push_back(readGrowthRule(table, name, materials));
     }
 }
 
@@ -98,7 +98,7 @@ void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s
         Scene included = read(other, depth + 1);
         for (Material& m : included.materials)
             if (!hasName(s.materials, m.name)) s.materials.push_back(std::move(m));
-        for (Primitive& p : included.boxes)
+        for (GrowthRule& p : included.boxes)
             if (!hasName(s.boxes, p.name)) s.boxes.push_back(std::move(p));
     }
 }
@@ -137,7 +137,7 @@ Scene readScene(const std::filesystem::path& file)
     return read(reader, 0);
 }
 
-void leaveOut(Scene& scene, const std::string& surface)
+void removeSurface(Scene& scene, const std::string& surface)
 {
     if (!hasName(scene.surfaces, surface)) {
         std::string names;

@@ -21,7 +21,7 @@ namespace volcomp {
 struct Scene {
     std::filesystem::path file;
     std::vector<Material> materials;
-    std::vector<Primitive> boxes;
+    std::vector<GrowthRule> boxes;
     std::vector<SurfaceSpec> surfaces;
     std::vector<Layer> layers;
     ComposeParams compose;
@@ -37,7 +37,7 @@ Scene readScene(const std::filesystem::path& file);
 
 /// Takes a surface and the layers on it out of a scene. Throws Error where there is no surface of
 /// that name.
-void leaveOut(Scene& scene, const std::string& surface);
+void removeSurface(Scene& scene, const std::string& surface);
 
 /// Every key that readScene() knows, in the order of the documentation.
 std::vector<KeyDoc> sceneKeys();

@@ -53,7 +53,7 @@ double gradientNoise(const Vec3d& p, int octaves, std::uint64_t seed)
     return std::clamp(0.5 + 0.5 * sum / total, 0.0, 1.0);
 }
 
-void MapSpec::validate() const
+void MapFactor::validate() const
 {
     if (!image.empty() && noise > 0)
         throw Error(
@@ -63,11 +63,11 @@ void MapSpec::validate() const
         throw Error("map: expected finite numbers, noise >= 0 and 1 to 16 octaves");
 }
 
-std::vector<MapSpec> readMaps(TableReader& r, const char* name, const char* meaning, bool colour)
+std::vector<MapFactor> readMaps(TableReader& r, const char* name, const char* meaning, bool colour)
 {
-    std::vector<MapSpec> maps;
+    std::vector<MapFactor> maps;
     for (TableReader& t : r.tables({name, "", meaning})) {
-        MapSpec m;
+        MapFactor m;
         m.image = t.path({"image", "", "image file; several factors multiply"}, "");
         m.channel =
             t.integer({"channel", "",
@@ -112,12 +112,12 @@ std::vector<MapSpec> readMaps(TableReader& r, const char* name, const char* mean
         m.validate();
         maps.push_back(std::move(m));
     }
-    return r.isDescribing() ? std::vector<MapSpec>{} : maps;
+    return r.isDescribing() ? std::vector<MapFactor>{} : maps;
 }
 
-Map::Map(const std::vector<MapSpec>& factors, bool colour)
+SecondDensity::SecondDensity(const std::vector<MapFactor>& factors, bool colour)
 {
-    for (const MapSpec& spec : factors) {
+    for (const MapFactor& spec : factors) {
         spec.validate();
         Factor f{spec, nullptr};
         if (!spec.image.empty()) {
@@ -132,19 +132,19 @@ Map::Map(const std::vector<MapSpec>& factors, bool colour)
     }
 }
 
-bool Map::isConstant() const
+bool SecondDensity::isConstant() const
 {
     return std::all_of(m_factors.begin(), m_factors.end(),
                        [](const Factor& f) { return !f.texture && f.spec.noise == 0; });
 }
 
-bool Map::usesUv() const
+bool SecondDensity::usesUv() const
 {
     return std::any_of(m_factors.begin(), m_factors.end(),
                        [](const Factor& f) { return f.texture != nullptr; });
 }
 
-float Map::value(const Vec2d& uv, const Vec3d& p) const
+float SecondDensity::value(const Vec2d& uv, const Vec3d& p) const
 {
     double product = 1;
     for (const auto& [spec, texture] : m_factors) {
@@ -166,7 +166,7 @@ float Map::value(const Vec2d& uv, const Vec3d& p) const
     return static_cast<float>(product);
 }
 
-Vec3f Map::colour(const Vec2d& uv, const Vec3d& p) const
+Vec3f SecondDensity::colour(const Vec2d& uv, const Vec3d& p) const
 {
     Vec3d product(1.0);
     for (const auto& [spec, texture] : m_factors) {

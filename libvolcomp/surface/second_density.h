@@ -16,7 +16,7 @@ namespace volcomp {
 class TableReader;
 
 /// One factor. It is an image, noise, or, where neither is given, the constant.
-struct MapSpec {
+struct MapFactor {
     std::filesystem::path image;
     int channel = -1; ///< of the image, from 0; -1: luminance (a colour map: red, green, blue)
     Wrap wrap = Wrap::repeat;
@@ -31,15 +31,15 @@ struct MapSpec {
 };
 
 /// Reads the array of tables `name`; none: an empty list. A colour map's constant is a colour.
-std::vector<MapSpec> readMaps(TableReader& table, const char* name, const char* meaning,
-                              bool colour);
+std::vector<MapFactor> readMaps(TableReader& table, const char* name, const char* meaning,
+                                bool colour);
 
 /// The product of its factors; of none, 1. Images are read once, in the constructor, which throws
 /// their Errors. May be asked from several threads.
-class Map {
+class SecondDensity {
 public:
-    Map() = default;
-    Map(const std::vector<MapSpec>& factors, bool colour);
+    SecondDensity() = default;
+    SecondDensity(const std::vector<MapFactor>& factors, bool colour);
 
     bool isConstant() const; ///< the same everywhere
     bool usesUv() const;     ///< some factor is an image
@@ -48,7 +48,7 @@ public:
 
 private:
     struct Factor {
-        MapSpec spec;
+        MapFactor spec;
         std::shared_ptr<const Texture> texture;
     };
     std::vector<Factor> m_factors;

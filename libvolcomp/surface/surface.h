@@ -22,7 +22,7 @@ class TableReader;
 struct SkinSpec {
     std::string material;        ///< of kind surface; empty: no skin
     Vec3d colour{1.0};           ///< linear RGB
-    std::vector<MapSpec> maps;   ///< multiply the colour
+    std::vector<MapFactor> maps; ///< multiply the colour
     double transmittance = 1e-6; ///< along the normal, in the mean, > 0 and < 1; where voxels lie
                                  ///< awkwardly one ray may meet 0.4 of that optical depth
     double depth = 0;            ///< of the shell's middle below the surface, voxels

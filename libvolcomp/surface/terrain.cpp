@@ -15,13 +15,13 @@ Mesh makeTerrain(const TerrainSpec& spec)
         || spec.cells < 1 || spec.cells > 8192)
         throw Error(
             "terrain: expected a positive width and depth, finite heights and 1 to 8192 cells");
-    MapSpec map;
+    MapFactor map;
     map.image = spec.height_map;
     map.wrap = Wrap::clamp;
     map.low = spec.low;
     map.high = spec.high;
     map.constant = Vec3d(0.0);
-    const Map height({map}, false);
+    const SecondDensity height({map}, false);
     const bool flat = spec.height_map.empty();
     const double longer = std::max(spec.width, spec.depth);
     const int nx = flat ? 1 : std::max(1, int(std::lround(spec.cells * spec.width / longer)));

@@ -55,7 +55,7 @@ bool isOpaque(const Image& image)
 
 } // namespace
 
-bool isExrName(const std::filesystem::path& file)
+bool requirePictureName(const std::filesystem::path& file)
 {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(),
@@ -82,7 +82,7 @@ Image readImage(const std::filesystem::path& file)
 void writeImage(const std::filesystem::path& file, const Image& image,
                 const std::vector<std::pair<std::string, std::string>>& metadata)
 {
-    const bool exr = isExrName(file);
+    const bool exr = requirePictureName(file);
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
         const auto failed = [&](const std::string& why) {
             return fileError(file, "", "a file to write", why, "Is the disk full?");

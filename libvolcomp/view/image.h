@@ -25,7 +25,7 @@ struct Image {
 
 /// True for .exr, false for .png. Throws Error for another ending: ask before the work, not after
 /// it.
-bool isExrName(const std::filesystem::path& file);
+bool requirePictureName(const std::filesystem::path& file);
 
 /// Reads a picture of any format that OpenImageIO knows, as it is stored: EXR is linear, PNG in
 /// sRGB. Throws Error where that fails.

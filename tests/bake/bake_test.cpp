@@ -21,9 +21,9 @@ const std::vector<Material> kMaterials = [] {
     return std::vector<Material>{fur, leaf};
 }();
 
-Level tuftLevel(double count)
+GrowthLevel tuftLevel(double count)
 {
-    Level l;
+    GrowthLevel l;
     l.name = "hair";
     l.parent = "ground";
     l.count = {count, count};
@@ -39,9 +39,9 @@ Level tuftLevel(double count)
     return l;
 }
 
-Primitive primitive(std::vector<Level> levels)
+GrowthRule primitive(std::vector<GrowthLevel> levels)
 {
-    Primitive p;
+    GrowthRule p;
     p.name = "box";
     p.material = "fur";
     p.variants = 2;
@@ -50,9 +50,9 @@ Primitive primitive(std::vector<Level> levels)
 }
 
 /// A tree of 4 m with 3600 leaves; bark is a fibre, leaves are a surface.
-Primitive tree()
+GrowthRule tree()
 {
-    Level trunk = tuftLevel(1), branch, leaf;
+    GrowthLevel trunk = tuftLevel(1), branch, leaf;
     trunk.name = "trunk";
     trunk.spread = 0;
     trunk.length = 4;
@@ -107,7 +107,7 @@ std::uint64_t voxels(const Box& box)
     return sum;
 }
 
-std::string messageOf(const Primitive& p, int variant = 0)
+std::string messageOf(const GrowthRule& p, int variant = 0)
 {
     try {
         bake(p, kMaterials, variant);
@@ -121,7 +121,7 @@ std::string messageOf(const Primitive& p, int variant = 0)
 // the picture's width: the table that docs/baking.md sums up. The limits hold up to two spacings.
 TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
 {
-    Level dense = tuftLevel(500), denser = tuftLevel(1500), combed = tuftLevel(250);
+    GrowthLevel dense = tuftLevel(500), denser = tuftLevel(1500), combed = tuftLevel(250);
     combed.comb = 70 * kDegree;
     combed.angle = {0, 5 * kDegree};
     combed.clump = 0.3;
@@ -129,11 +129,11 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
     const auto spacing = [](double count) { return 0.010 * std::sqrt(kPi / count); };
     struct Subject {
         const char* name;
-        Primitive grown;
+        GrowthRule grown;
         double spacing;
         double limit; ///< of the mean over views, up to 2 spacings
     };
-    Primitive plant = tree();
+    GrowthRule plant = tree();
     const double leaf_spacing = leafSpacing(grow(plant, 0).at(1).segments);
     const std::vector<Subject> subjects{
         {"sparse tuft", primitive({tuftLevel(60)}), spacing(60), 0.01},
@@ -184,7 +184,7 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
 
 TEST(Bake, TotalCoverageConvergesAsTheVoxelShrinks)
 {
-    Primitive p = primitive({tuftLevel(60)});
+    GrowthRule p = primitive({tuftLevel(60)});
     const double expected = [&] { // (pi/4) * the projected area of all cones
         double area = 0;
         for (const SkeletonPart& part : grow(p, 0))
@@ -209,9 +209,9 @@ TEST(Bake, TotalCoverageConvergesAsTheVoxelShrinks)
 
 TEST(BakeAccuracy, TransmittanceConvergesBelowTheRadius)
 {
-    Level thick = tuftLevel(25);
+    GrowthLevel thick = tuftLevel(25);
     thick.radius = 0.0008;
-    Primitive p = primitive({thick});
+    GrowthRule p = primitive({thick});
     const std::vector<Segment> segments = grow(p, 0).at(0).segments;
     const StudyView view(segments, {1, 0.1, 0.3}, 300);
     const std::vector<float> exact = exactTransmittance(segments, view);
@@ -231,7 +231,7 @@ TEST(BakeAccuracy, TransmittanceConvergesBelowTheRadius)
 
 TEST(Bake, PartsCarryTheirMaterials)
 {
-    Primitive p = tree();
+    GrowthRule p = tree();
     p.voxel = 0.06;
     const Box box = bake(p, kMaterials, 1);
     ASSERT_EQ(box.volume.parts.size(), 2U);
@@ -253,12 +253,12 @@ TEST(Bake, PartsCarryTheirMaterials)
 
 TEST(Bake, ColoursRunFromRootToTip)
 {
-    Level hair = tuftLevel(30);
+    GrowthLevel hair = tuftLevel(30);
     hair.colour_root = {0.1, 0.2, 0.3};
     hair.colour_tip = {0.9, 0.6, 0.5};
     hair.length_variation = hair.wander = 0;
     hair.angle = {0, 0};
-    Primitive p = primitive({hair});
+    GrowthRule p = primitive({hair});
     p.voxel = 0.001;
     const Box box = bake(p, kMaterials, 0);
     ASSERT_TRUE(box.volume.parts[0].colour);
@@ -272,11 +272,11 @@ TEST(Bake, ColoursRunFromRootToTip)
 
 TEST(Bake, HairThinnerThanAVoxelLeavesNoHoles)
 {
-    Level hair = tuftLevel(1);
+    GrowthLevel hair = tuftLevel(1);
     hair.spread = 0;
     hair.radius = 1e-6;
     hair.angle = {0.3, 0.3};
-    Primitive p = primitive({hair});
+    GrowthRule p = primitive({hair});
     p.voxel = 0.0005;
     const Box box = bake(p, kMaterials, 0);
     const auto density = box.volume.parts[0].density->getConstAccessor();
@@ -296,9 +296,9 @@ TEST(Bake, HairThinnerThanAVoxelLeavesNoHoles)
 TEST(Bake, OddShapesAreRight)
 {
     const auto boxOf = [](auto change, double voxel) {
-        Level level = tuftLevel(5);
+        GrowthLevel level = tuftLevel(5);
         change(level);
-        Primitive p = primitive({level});
+        GrowthRule p = primitive({level});
         p.voxel = voxel;
         const Box box = bake(p, kMaterials, 0);
         for (const VolumePart& part : box.volume.parts)
@@ -306,21 +306,22 @@ TEST(Bake, OddShapesAreRight)
                 EXPECT_TRUE(std::isfinite(*it) && *it > 0);
         return voxels(box);
     };
-    EXPECT_EQ(boxOf([](Level& l) { l.count = {0, 0}; }, 0.01), 0U);
-    EXPECT_EQ(boxOf([](Level& l) { l.length = l.length_ratio = 0; }, 0), 0U);
-    EXPECT_GT(boxOf([](Level& l) { l.radius = 0.3; }, 0.02), 5000U)
+    EXPECT_EQ(boxOf([](GrowthLevel& l) { l.count = {0, 0}; }, 0.01), 0U);
+    EXPECT_EQ(boxOf([](GrowthLevel& l) { l.length = l.length_ratio = 0; }, 0), 0U);
+    EXPECT_GT(boxOf([](GrowthLevel& l) { l.radius = 0.3; }, 0.02), 5000U)
         << "a radius larger than the length is a round body";
     EXPECT_GT(boxOf(
-                  [](Level& l) {
+                  [](GrowthLevel& l) {
                       l.radius = 1e-8;
                       l.length = 1;
                   },
                   2e-5),
               0U)
         << "thin, but more than 1e-5 of a voxel";
-    EXPECT_EQ(boxOf([](Level& l) { l.radius = 1e-12; }, 0.001), 0U) << "less than can be seen";
+    EXPECT_EQ(boxOf([](GrowthLevel& l) { l.radius = 1e-12; }, 0.001), 0U)
+        << "less than can be seen";
     EXPECT_GT(boxOf(
-                  [](Level& l) {
+                  [](GrowthLevel& l) {
                       l.curl_radius = 0.05;
                       l.curl_turns = 200;
                       l.bend = 50;
@@ -328,22 +329,22 @@ TEST(Bake, OddShapesAreRight)
                   0.002),
               0U);
     EXPECT_GT(boxOf(
-                  [](Level& l) {
+                  [](GrowthLevel& l) {
                       l.angle = {3, 3};
                   },
                   0.002),
               0U)
         << "the box grows below the ground as well";
-    EXPECT_GT(boxOf([](Level&) {}, 0.1), 0U) << "a voxel larger than the box";
+    EXPECT_GT(boxOf([](GrowthLevel&) {}, 0.1), 0U) << "a voxel larger than the box";
 }
 
 TEST(Bake, NothingIsCutOff)
 {
-    Level level = tuftLevel(3);
+    GrowthLevel level = tuftLevel(3);
     level.angle = {kPi / 2, kPi / 2};
     level.length = 5;
     level.wander = 0;
-    Primitive p = primitive({level});
+    GrowthRule p = primitive({level});
     p.voxel = 0.05;
     const Box box = bake(p, kMaterials, 0);
     Vec3d low(1e30), high(-1e30);
@@ -362,7 +363,7 @@ TEST(Bake, NothingIsCutOff)
 
 TEST(Bake, WhatCannotBeBakedIsSaid)
 {
-    Primitive p = primitive({tuftLevel(3)});
+    GrowthRule p = primitive({tuftLevel(3)});
     p.material = "silk";
     EXPECT_NE(messageOf(p).find("the name of a material (fur, leaf), found 'silk'"),
               std::string::npos)
@@ -378,7 +379,7 @@ TEST(Bake, WhatCannotBeBakedIsSaid)
 
 TEST(Bake, SameVoxelsForAnyNumberOfThreads)
 {
-    Primitive p = tree();
+    GrowthRule p = tree();
     p.voxel = 0.05;
     const auto with = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);

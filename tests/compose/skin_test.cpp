@@ -121,7 +121,7 @@ TEST(Skin, aMapNeedsTextureCoordinates)
 {
     SkinSpec spec;
     spec.material = "leather";
-    MapSpec image;
+    MapFactor image;
     image.image = "/nonexistent.png";
     spec.maps = {image};
     const Surface s = slab(1, {0, 1, 0});

@@ -14,9 +14,9 @@
 namespace volcomp {
 namespace {
 
-Level strands(const std::string& name, const std::string& parent, double count)
+GrowthLevel strands(const std::string& name, const std::string& parent, double count)
 {
-    Level l;
+    GrowthLevel l;
     l.name = name;
     l.parent = parent;
     l.count = {count, count};
@@ -25,16 +25,16 @@ Level strands(const std::string& name, const std::string& parent, double count)
     return l;
 }
 
-Primitive primitive(std::vector<Level> levels)
+GrowthRule primitive(std::vector<GrowthLevel> levels)
 {
-    Primitive p;
+    GrowthRule p;
     p.name = "test";
     p.material = "m";
     p.levels = std::move(levels);
     return p;
 }
 
-std::vector<Segment> grown(const Primitive& p, int variant = 0)
+std::vector<Segment> grown(const GrowthRule& p, int variant = 0)
 {
     return grow(p, variant).at(0).segments;
 }
@@ -52,7 +52,7 @@ Vec3d axis(const Segment& s)
     return d / d.length();
 }
 
-std::string messageOf(const Primitive& p)
+std::string messageOf(const GrowthRule& p)
 {
     try {
         grow(p, 0);
@@ -64,7 +64,7 @@ std::string messageOf(const Primitive& p)
 
 TEST(Grow, HairIsTheRecursionWithOneChild)
 {
-    Level hair = strands("hair", "ground", 40);
+    GrowthLevel hair = strands("hair", "ground", 40);
     hair.spread = 0.2;
     hair.length = 3;
     hair.taper = 0.75;
@@ -90,7 +90,7 @@ TEST(Grow, HairIsTheRecursionWithOneChild)
 
 TEST(Grow, ChildrenStandWhereAndAsTheirLevelSays)
 {
-    Level trunk = strands("trunk", "ground", 1), branch = strands("branch", "trunk", 9);
+    GrowthLevel trunk = strands("trunk", "ground", 1), branch = strands("branch", "trunk", 9);
     branch.length = 0;
     branch.length_ratio = 0.25;
     branch.length_tip = 0.5;
@@ -117,7 +117,7 @@ TEST(Grow, ChildrenStandWhereAndAsTheirLevelSays)
 
 TEST(Grow, WhorlsAndPlanesAreRegular)
 {
-    Level trunk = strands("trunk", "ground", 1), branch = strands("branch", "trunk", 12);
+    GrowthLevel trunk = strands("trunk", "ground", 1), branch = strands("branch", "trunk", 12);
     branch.whorl = 4;
     branch.angle = {kPi / 2, kPi / 2};
     auto all = byStrand(grown(primitive({trunk, branch})));
@@ -138,10 +138,10 @@ TEST(Grow, WhorlsAndPlanesAreRegular)
 
 TEST(Grow, TropismsTurnTheRightWay)
 {
-    Level trunk = strands("trunk", "ground", 1), branch = strands("branch", "trunk", 5);
+    GrowthLevel trunk = strands("trunk", "ground", 1), branch = strands("branch", "trunk", 5);
     branch.angle = {kPi / 2, kPi / 2};
     const auto tip = [&](auto change) {
-        Level changed = branch;
+        GrowthLevel changed = branch;
         change(changed);
         const auto all = byStrand(grown(primitive({trunk, changed})));
         double rise = 0;
@@ -149,11 +149,12 @@ TEST(Grow, TropismsTurnTheRightWay)
             if (number > 0) rise += double(pieces.back().b[1] - pieces.front().a[1]) / 5;
         return rise;
     };
-    EXPECT_NEAR(tip([](Level&) {}), 0, 1e-6);
-    EXPECT_LT(tip([](Level& l) { l.gravity = 1; }), -0.2);
-    EXPECT_GT(tip([](Level& l) { l.light = 1; }), 0.2);
-    EXPECT_LT(tip([](Level& l) { l.bend = 1; }), -0.2) << "bend leads away from the parent's tip";
-    Level hair = strands("hair", "ground", 20);
+    EXPECT_NEAR(tip([](GrowthLevel&) {}), 0, 1e-6);
+    EXPECT_LT(tip([](GrowthLevel& l) { l.gravity = 1; }), -0.2);
+    EXPECT_GT(tip([](GrowthLevel& l) { l.light = 1; }), 0.2);
+    EXPECT_LT(tip([](GrowthLevel& l) { l.bend = 1; }), -0.2)
+        << "bend leads away from the parent's tip";
+    GrowthLevel hair = strands("hair", "ground", 20);
     hair.comb = kPi / 2;
     hair.spread = 0.1;
     for (const auto& [number, pieces] : byStrand(grown(primitive({hair}))))
@@ -162,7 +163,7 @@ TEST(Grow, TropismsTurnTheRightWay)
 
 TEST(Grow, ClumpBringsTipsTogether)
 {
-    Level hair = strands("hair", "ground", 200);
+    GrowthLevel hair = strands("hair", "ground", 200);
     hair.spread = 0.5;
     const auto spreadOfTips = [&](double clump) {
         hair.clump = clump;
@@ -183,7 +184,7 @@ TEST(Grow, FewPiecesOfALeafHaveTheAreaOfTheOutline)
         for (int k = 0; k < 10000; ++k)
             expected += 0.3 * outlineWidth(outline, (k + 0.5) / 10000) / 10000;
         for (int pieces : {1, 2, 3, 16}) {
-            Level leaf = strands("leaf", "ground", 1);
+            GrowthLevel leaf = strands("leaf", "ground", 1);
             leaf.outline = outline;
             leaf.segments = pieces;
             double area = 0;
@@ -199,20 +200,20 @@ TEST(Grow, FewPiecesOfALeafHaveTheAreaOfTheOutline)
 
 TEST(Grow, TheBoundIsTheCount)
 {
-    Level trunk = strands("trunk", "ground", 3), branch = strands("branch", "trunk", 4),
-          leaf = strands("leaf", "branch", 5);
+    GrowthLevel trunk = strands("trunk", "ground", 3), branch = strands("branch", "trunk", 4),
+                leaf = strands("leaf", "branch", 5);
     branch.depth = 3;
     branch.fork = {2, 2};
     leaf.on_depth = {2, 3};
     leaf.segments = 1;
-    const Primitive p = primitive({trunk, branch, leaf});
+    const GrowthRule p = primitive({trunk, branch, leaf});
     EXPECT_EQ(p.segmentBound(), 3 * 8 + (12 + 24 + 48) * 8 + (24 + 48) * 5);
     EXPECT_EQ(double(grown(p).size()), p.segmentBound());
 }
 
 TEST(Grow, TenToTheTwentiethSegmentsAreRefusedAtOnce)
 {
-    Level level = strands("branch", "ground", 1);
+    GrowthLevel level = strands("branch", "ground", 1);
     level.depth = 21;
     level.fork = {10, 10};
     level.segments = 1;
@@ -225,11 +226,11 @@ TEST(Grow, TenToTheTwentiethSegmentsAreRefusedAtOnce)
 
 TEST(Grow, SameSegmentsForAnyNumberOfThreadsAndOthersForAnotherVariant)
 {
-    Level hair = strands("hair", "ground", 300), leaf = strands("leaf", "hair", 4);
+    GrowthLevel hair = strands("hair", "ground", 300), leaf = strands("leaf", "hair", 4);
     hair.frizz = hair.wander = hair.clump = 0.3;
     hair.curl_radius = 0.1;
     leaf.outline = Outline::ovate;
-    const Primitive p = primitive({hair, leaf});
+    const GrowthRule p = primitive({hair, leaf});
     const auto with = [&](std::size_t threads, int variant) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         return grown(p, variant);
@@ -248,20 +249,20 @@ TEST(Grow, SameSegmentsForAnyNumberOfThreadsAndOthersForAnotherVariant)
 TEST(Grow, DegenerateParametersGrowNothingThatIsNotFinite)
 {
     const auto none = [](auto change) {
-        Level level = strands("a", "ground", 5);
+        GrowthLevel level = strands("a", "ground", 5);
         change(level);
         return grown(primitive({level})).size();
     };
-    EXPECT_EQ(none([](Level& l) { l.count = {0, 0}; }), 0U);
-    EXPECT_EQ(none([](Level& l) { l.length = l.length_ratio = 0; }), 0U);
-    EXPECT_EQ(none([](Level& l) { l.radius = l.radius_ratio = 0; }), 0U);
-    Level knot = strands("knot", "ground", 5);
+    EXPECT_EQ(none([](GrowthLevel& l) { l.count = {0, 0}; }), 0U);
+    EXPECT_EQ(none([](GrowthLevel& l) { l.length = l.length_ratio = 0; }), 0U);
+    EXPECT_EQ(none([](GrowthLevel& l) { l.radius = l.radius_ratio = 0; }), 0U);
+    GrowthLevel knot = strands("knot", "ground", 5);
     knot.curl_radius = 5;
     knot.curl_turns = 1000;
     knot.bend = 1e5;
     knot.twist = -1e5;
     knot.radius = 50;
-    Level leaf = strands("leaf", "knot", 3);
+    GrowthLevel leaf = strands("leaf", "knot", 3);
     leaf.outline = Outline::ellipse;
     leaf.angle = {0, 0};
     leaf.facing = 1;
@@ -272,7 +273,7 @@ TEST(Grow, DegenerateParametersGrowNothingThatIsNotFinite)
 TEST(Grow, ValuesOutOfRangeAreNamed)
 {
     for (double bad : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0}) {
-        Level level = strands("a", "ground", 5);
+        GrowthLevel level = strands("a", "ground", 5);
         level.curl_radius = bad;
         EXPECT_NE(messageOf(primitive({level})).find("level 'a': curl_radius"), std::string::npos)
             << messageOf(primitive({level}));

@@ -12,13 +12,13 @@ namespace {
 
 Box boxOf(double count)
 {
-    Level level;
+    GrowthLevel level;
     level.name = "stem";
     level.parent = "ground";
     level.count = {count, count};
     level.length = 2;
     level.radius = 0.3;
-    Primitive p;
+    GrowthRule p;
     p.name = "post";
     p.material = "bark";
     p.levels = {level};
@@ -28,7 +28,7 @@ Box boxOf(double count)
 
 TEST(Sheet, ABoxStandsInTheMiddleOfItsPicture)
 {
-    const SheetTile tile = pictureOf(boxOf(1), {Material{"bark"}}, {}, 64);
+    const BoxThumbnail tile = renderBoxThumbnail(boxOf(1), {Material{"bark"}}, {}, 64);
     EXPECT_EQ(tile.title, "post 2");
     EXPECT_EQ(tile.subtitle.find("2.5 m high, 70 cm wide, "), 0U)
         << tile.subtitle; // tapered, with round ends, in whole voxels
@@ -41,8 +41,8 @@ TEST(Sheet, ABoxStandsInTheMiddleOfItsPicture)
 
 TEST(Sheet, LabelsAreWrittenBelowThePictures)
 {
-    const SheetTile tile = pictureOf(boxOf(1), {Material{"bark"}}, {}, 64);
-    const Image sheet = sheetOf({tile, tile, tile});
+    const BoxThumbnail tile = renderBoxThumbnail(boxOf(1), {Material{"bark"}}, {}, 64);
+    const Image sheet = contactSheet({tile, tile, tile});
     ASSERT_GE(sheet.width, 3 * 64);
     int dark = 0;
     for (int y = 0; y < sheet.height; ++y)
@@ -56,8 +56,8 @@ TEST(Sheet, LabelsAreWrittenBelowThePictures)
 
 TEST(Sheet, NothingToShowIsAnErrorAndAnEmptyBoxIsNot)
 {
-    EXPECT_THROW(sheetOf({}), Error);
-    EXPECT_EQ(pictureOf(boxOf(0), {Material{"bark"}}, {}, 16).subtitle, "empty");
+    EXPECT_THROW(contactSheet({}), Error);
+    EXPECT_EQ(renderBoxThumbnail(boxOf(0), {Material{"bark"}}, {}, 16).subtitle, "empty");
 }
 
 } // namespace

@@ -96,13 +96,13 @@ TEST(View, ABallIsInViewAsFarAsItReaches)
                 const Vec3d border = c.eye + 3.0 * forward
                     + across * (fan ? 3 * slope : 0.5 * c.width * aspect),
                             outwards = fan ? (across - slope * forward).unit() : across;
-                EXPECT_TRUE(inView(c, 640, 480, border + 0.99 * radius * outwards, radius))
+                EXPECT_TRUE(mayBeInView(c, 640, 480, border + 0.99 * radius * outwards, radius))
                     << fan << side << upright;
-                EXPECT_FALSE(inView(c, 640, 480, border + 1.01 * radius * outwards, radius))
+                EXPECT_FALSE(mayBeInView(c, 640, 480, border + 1.01 * radius * outwards, radius))
                     << fan << side << upright;
             }
-        EXPECT_TRUE(inView(c, 640, 480, c.eye - 0.99 * radius * forward, radius));
-        EXPECT_FALSE(inView(c, 640, 480, c.eye - 1.01 * radius * forward, radius));
+        EXPECT_TRUE(mayBeInView(c, 640, 480, c.eye - 0.99 * radius * forward, radius));
+        EXPECT_FALSE(mayBeInView(c, 640, 480, c.eye - 1.01 * radius * forward, radius));
     }
 }
 
@@ -273,7 +273,7 @@ TEST(Sheet, panelsShowThePlacementsAndEachMap)
     const Surface s = ground(4, 0);
     Layer l;
     l.name = "grass";
-    MapSpec half, green;
+    MapFactor half, green;
     half.constant = Vec3d(0.5);
     green.constant = Vec3d(0, 1, 0);
     l.where = {half};
@@ -303,7 +303,7 @@ TEST(Sheet, panelsShowWhatIsInFront)
     const Surface low = ground(4, 0), high = ground(1, 2);
     Layer l;
     l.name = "a";
-    MapSpec white;
+    MapFactor white;
     white.constant = Vec3d(1);
     l.where = {white};
     std::vector<Placement> p(3);

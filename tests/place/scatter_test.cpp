@@ -67,7 +67,7 @@ MapProjection by(ProjectionKind kind)
 }
 
 /// A map of 4 x 4 values between 0.1 and 1, each constant over most of its cell.
-std::vector<MapSpec> checker(double values[4][4])
+std::vector<MapFactor> checker(double values[4][4])
 {
     const std::filesystem::path file =
         std::filesystem::path(::testing::TempDir()) / "volcomp_scatter_map.pgm";
@@ -79,7 +79,7 @@ std::vector<MapSpec> checker(double values[4][4])
             values[j][i] = (1 + (5 * i + 3 * j) % 10) / 10.0;
             stream << int(std::lround(values[j][i] * 65535)) << ' ';
         }
-    MapSpec m;
+    MapFactor m;
     m.image = file;
     m.wrap = Wrap::clamp;
     return {m};
@@ -344,7 +344,7 @@ TEST(Scatter, sizesColoursAndOffsetsFollowTheirMaps)
 {
     const Surface s(square(4, false), by(ProjectionKind::plane));
     Layer l = layer(500);
-    MapSpec half, red;
+    MapFactor half, red;
     half.constant = Vec3d(0.5);
     red.constant = Vec3d(1, 0, 0);
     l.size = {half};

@@ -31,9 +31,9 @@ std::filesystem::path floats(const std::string& name, int width, int height,
     return write(name, bytes);
 }
 
-MapSpec image(const std::filesystem::path& file)
+MapFactor image(const std::filesystem::path& file)
 {
-    MapSpec m;
+    MapFactor m;
     m.image = file;
     return m;
 }
@@ -82,44 +82,45 @@ TEST(Texture, wrongFilesAreRefusedWithTheirName)
     EXPECT_TRUE(refuses(floats("nan.pfm", 2, 1, {1.0f, NAN})));
 }
 
-TEST(Map, factorsMultiplyAndRangesInvert)
+TEST(SecondDensity, factorsMultiplyAndRangesInvert)
 {
-    MapSpec half;
+    MapFactor half;
     half.constant = Vec3d(0.5);
-    MapSpec grey = image(write("grey.pgm", "P2\n1 1\n255\n51\n"));
+    MapFactor grey = image(write("grey.pgm", "P2\n1 1\n255\n51\n"));
     grey.low = 1;
     grey.high = 0;
-    const Map m({half, grey}, false);
+    const SecondDensity m({half, grey}, false);
     EXPECT_NEAR(m.value({0.3, 0.3}, Vec3d(0.0)), 0.4, 1e-6);
     EXPECT_FALSE(m.isConstant());
     EXPECT_TRUE(m.usesUv());
-    EXPECT_EQ(Map({}, false).value({0, 0}, Vec3d(0.0)), 1);
-    EXPECT_TRUE(Map({half}, false).isConstant());
+    EXPECT_EQ(SecondDensity({}, false).value({0, 0}, Vec3d(0.0)), 1);
+    EXPECT_TRUE(SecondDensity({half}, false).isConstant());
 }
 
-TEST(Map, channelsAndLuminance)
+TEST(SecondDensity, channelsAndLuminance)
 {
     const auto file = write("rgb.ppm", "P3\n1 1\n255\n255 51 0\n");
-    MapSpec m = image(file);
-    EXPECT_NEAR(Map({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2126 + 0.7152 * 0.2, 1e-5);
+    MapFactor m = image(file);
+    EXPECT_NEAR(SecondDensity({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2126 + 0.7152 * 0.2,
+                1e-5);
     m.channel = 1;
-    EXPECT_NEAR(Map({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2, 1e-6);
+    EXPECT_NEAR(SecondDensity({m}, false).value({0.5, 0.5}, Vec3d(0.0)), 0.2, 1e-6);
     m.channel = 3;
-    EXPECT_THROW(Map({m}, false), Error);
-    const Vec3f c = Map({image(file)}, true)
+    EXPECT_THROW(SecondDensity({m}, false), Error);
+    const Vec3f c = SecondDensity({image(file)}, true)
                         .colour({0.5, 0.5}, Vec3d(0.0)); // a colour map is converted from sRGB
     EXPECT_NEAR(c[0], 1, 1e-5);
     EXPECT_NEAR(c[1], 0.0331, 1e-3);
 }
 
-TEST(Map, noiseIsSmoothEvenAndDependsOnItsSeed)
+TEST(SecondDensity, noiseIsSmoothEvenAndDependsOnItsSeed)
 {
-    MapSpec m;
+    MapFactor m;
     m.noise = 0.1;
     m.octaves = 3;
-    const Map a({m}, false);
+    const SecondDensity a({m}, false);
     m.seed = 2;
-    const Map b({m}, false);
+    const SecondDensity b({m}, false);
     double mean = 0, square = 0, product = 0, jump = 0;
     const int n = 20000;
     for (int k = 0; k < n; ++k) {

@@ -37,17 +37,17 @@ int main(int argc, char** argv)
               kGridNamesWords);
 
     return tool.main(argc, argv, [&] {
-        if (!sheet.empty()) isExrName(sheet);
+        if (!sheet.empty()) requirePictureName(sheet);
         const Scene scene = readScene(scene_file);
         if (scene.boxes.empty())
             throw fileError(scene_file, "box", "at least one [box.NAME] table", "none");
         for (const std::string& name : only)
             if (std::none_of(scene.boxes.begin(), scene.boxes.end(),
-                             [&](const Primitive& p) { return p.name == name; }))
+                             [&](const GrowthRule& p) { return p.name == name; }))
                 throw fileError(scene_file, "box", "a [box." + name + "] table, as --box says",
                                 "none");
-        std::vector<SheetTile> tiles;
-        for (const Primitive& primitive : scene.boxes) {
+        std::vector<BoxThumbnail> tiles;
+        for (const GrowthRule& primitive : scene.boxes) {
             if (!only.empty() && std::find(only.begin(), only.end(), primitive.name) == only.end())
                 continue;
             std::uint64_t voxels = 0;
@@ -63,7 +63,7 @@ int main(int argc, char** argv)
                     writeVolume(directory / fmt::format("{}_{}.vdb", primitive.name, variant + 1),
                                 box.volume, boxMetadata(primitive, variant), grid_names);
                     if (!sheet.empty())
-                        tiles.push_back(pictureOf(box, scene.materials, scene.render));
+                        tiles.push_back(renderBoxThumbnail(box, scene.materials, scene.render));
                 }
             });
             tool.stats["boxes"][primitive.name] = {
@@ -73,6 +73,6 @@ int main(int argc, char** argv)
                 primitive.variants == 1 ? "1 box" : fmt::format("{} boxes", primitive.variants),
                 voxels, voxel));
         }
-        if (!sheet.empty()) writeImage(sheet, sheetOf(tiles), {});
+        if (!sheet.empty()) writeImage(sheet, contactSheet(tiles), {});
     });
 }

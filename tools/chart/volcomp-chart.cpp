@@ -439,7 +439,7 @@ void run(Tool& tool, const Options& options)
         throw Error(
             "gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
     Scene scene = readScene(options.scene);
-    for (const std::string& surface : options.leave_out) leaveOut(scene, surface);
+    for (const std::string& surface : options.leave_out) removeSurface(scene, surface);
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
     tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}",

@@ -47,8 +47,8 @@ struct BoxSet {
 BoxSet readBoxes(const Scene& scene, const fs::path& directory, const Progress& progress)
 {
     BoxSet set;
-    std::vector<const Primitive*> used;
-    for (const Primitive& p : scene.boxes)
+    std::vector<const GrowthRule*> used;
+    for (const GrowthRule& p : scene.boxes)
         if (std::any_of(scene.layers.begin(), scene.layers.end(),
                         [&](const Layer& l) { return l.box == p.name; }))
             used.push_back(&p);
@@ -82,7 +82,7 @@ double fittingVoxel(const std::vector<Box>& boxes, const std::vector<Placement>&
 void run(Tool& tool, const Options& options)
 {
     Scene scene = readScene(options.scene);
-    for (const std::string& surface : options.leave_out) leaveOut(scene, surface);
+    for (const std::string& surface : options.leave_out) removeSurface(scene, surface);
     ComposeParams params = scene.compose;
     if (options.voxel > 0) params.voxel = options.voxel;
 
@@ -114,7 +114,7 @@ void run(Tool& tool, const Options& options)
     const BoxSet set = tool.stage(
         "read boxes", [&](const Progress& p) { return readBoxes(scene, options.boxes, p); });
 
-    std::deque<Map> maps;
+    std::deque<SecondDensity> maps;
     std::vector<Placement> placements = tool.stage("scatter", [&](const Progress& progress) {
         std::vector<Placement> all;
         for (std::size_t i = 0; i < scene.layers.size(); ++i) {

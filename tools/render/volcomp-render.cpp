@@ -93,12 +93,12 @@ void writePictures(const Options& options, const fs::path& volume, const nlohman
         {"volcomp/volume", volume.string()},
         {"volcomp/settings", settings.dump()}};
     for (const auto& output : options.outputs)
-        if (!isExrName(output))
+        if (!requirePictureName(output))
             writeImage(output, image, about); // the same bytes whenever it is rendered
     about.emplace_back("volcomp/seconds",
                        fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds));
     for (const auto& output : options.outputs)
-        if (isExrName(output)) writeImage(output, image, about);
+        if (requirePictureName(output)) writeImage(output, image, about);
     if (!options.preview.empty()) writeImage(options.preview, image);
 }
 
@@ -121,8 +121,8 @@ void seeToLevels(Tool& tool, const Options& options, const RenderParams& params,
 
 void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 {
-    for (const auto& output : options.outputs) isExrName(output);
-    if (!options.preview.empty()) isExrName(options.preview);
+    for (const auto& output : options.outputs) requirePictureName(output);
+    if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
     if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
         tool.warn(options.scene.string()

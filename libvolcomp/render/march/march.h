@@ -195,8 +195,9 @@ struct LeafWay {
     double times[33];
     int count = 0;
 
-    LeafWay(const MarchRay& r, const CellWalk<1>& start) // NOLINT(cppcoreguidelines-pro-type-member-init):
-                                                         // written as far as they are used
+    LeafWay(const MarchRay& r,
+            const CellWalk<1>& start) // NOLINT(cppcoreguidelines-pro-type-member-init):
+                                      // written as far as they are used
     {
         times[0] = start.t;
         forEachVoxel(r, start, [this](int voxel, double, double end) {
