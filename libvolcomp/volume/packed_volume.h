@@ -46,7 +46,7 @@ struct PackedBlock {
     std::array<std::uint64_t, 8>
         mask; ///< bit 8 y + z of word x: voxel (x, y, z) is active; the bits' order is the values'
     std::byte* values = nullptr; ///< in the part's stores: densities, then directions, colours and
-                                 ///< `shown` where the part has them
+                                 ///< `scatter_ratio` where the part has them
 };
 
 /// Whether an OpenVDB tree keeps the leaf at `a` before that at `b`: by its nodes of 4096^3, 128^3
@@ -57,15 +57,15 @@ bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b);
 struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
-    bool has_direction = false, has_colour = false, has_shown = false;
+    bool has_direction = false, has_colour = false, has_scatter_ratio = false;
     Vec3f uniform_colour{1.0f};      ///< of every voxel, where has_colour is false
     std::vector<PackedBlock> blocks; ///< in the order of an OpenVDB tree
     std::vector<VoxelStore> stores;
 
-    static std::size_t voxelBytes(bool direction, bool colour, bool shown = false)
+    static std::size_t voxelBytes(bool direction, bool colour, bool scatter_ratio = false)
     {
         return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0)
-            + (shown ? sizeof(Half3) : 0);
+            + (scatter_ratio ? sizeof(Half3) : 0);
     }
 
     float* density(const PackedBlock& b) const { return reinterpret_cast<float*>(b.values); }
@@ -80,9 +80,9 @@ struct PackedPart {
             ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, false))
             : nullptr;
     }
-    Half3* shown(const PackedBlock& b) const ///< VolumePart::shown; null: none
+    Half3* scatterRatio(const PackedBlock& b) const ///< VolumePart::scatter_ratio; null: none
     {
-        return has_shown
+        return has_scatter_ratio
             ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, has_colour))
             : nullptr;
     }

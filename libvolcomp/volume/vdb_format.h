@@ -10,7 +10,7 @@ constexpr const char* kMaterial = "volcomp_material";
 constexpr const char* kKind = "volcomp_kind";
 constexpr const char* kColour = "volcomp_colour";
 constexpr const char* kDirection = "volcomp_direction";
-constexpr const char* kShown = "volcomp_shown";
+constexpr const char* kScatterRatio = "volcomp_scatter_ratio";
 
 inline const char* directionName(MaterialKind kind)
 {

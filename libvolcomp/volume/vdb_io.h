@@ -11,9 +11,10 @@
 //     volcomp_kind       "fibre" or "surface"
 //     volcomp_colour     the colour of every voxel, where there is no colour grid
 //     volcomp_direction  the direction of every voxel, where there is no direction grid
-//     volcomp_shown      what every voxel shows, where there is no such grid
+//     volcomp_scatter_ratio      the scatter ratio of every voxel, where there is no such grid
 //
-// Files of coarser levels (voxel_levels.h) have one more grid a part, `shown`: VoxelTree::Shown.
+// Files of coarser levels (voxel_levels.h) have one more grid a part, `scatter_ratio`:
+// VoxelTree::ScatterRatio.
 //
 // Grids are stored as half floats where their range allows it: an error of at most 2^-11 of each
 // value. Directions keep the spread of MODEL section 8 in their length (volume.h).

@@ -265,10 +265,10 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
         part.direction = readVectors(reader, name, *part.density, !ours);
     else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection))
         part.direction = sharedVector(*part.density, *shared, reader.delayed());
-    if (const std::string name = "shown" + suffix; ours && reader.has(name))
-        part.shown = readVectors(reader, name, *part.density, false);
-    else if (const auto shown = metadata<openvdb::Vec3s>(*part.density, kShown))
-        part.shown = sharedVector(*part.density, *shown, reader.delayed());
+    if (const std::string name = "scatter_ratio" + suffix; ours && reader.has(name))
+        part.scatter_ratio = readVectors(reader, name, *part.density, false);
+    else if (const auto scatter_ratio = metadata<openvdb::Vec3s>(*part.density, kScatterRatio))
+        part.scatter_ratio = sharedVector(*part.density, *scatter_ratio, reader.delayed());
     for (const GridNames names : {GridNames::houdini, GridNames::blender})
         if (const std::string name = colourName(names) + suffix; !part.colour && reader.has(name))
             part.colour = readVectors(reader, name, *part.density, false);

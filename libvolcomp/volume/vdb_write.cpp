@@ -256,9 +256,9 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNam
         if (part.has_colour)
             addVectors(grids, *density, volume, part, &PackedPart::colour,
                        colourName(names) + suffix, kColour, openvdb::VEC_INVARIANT);
-        if (part.has_shown)
-            addVectors(grids, *density, volume, part, &PackedPart::shown, "shown" + suffix, kShown,
-                       openvdb::VEC_INVARIANT);
+        if (part.has_scatter_ratio)
+            addVectors(grids, *density, volume, part, &PackedPart::scatterRatio,
+                       "scatter_ratio" + suffix, kScatterRatio, openvdb::VEC_INVARIANT);
     }
     return grids;
 }

@@ -32,8 +32,8 @@ struct VolumePart {
         colour; ///< diffuse colour c_b, linear RGB; null: uniform_colour everywhere
     Vec3f uniform_colour{1.0f};
 
-    openvdb::Vec3SGrid::Ptr
-        shown; ///< of a coarser level: VoxelTree::Shown of the whole voxel; null: 1 everywhere
+    openvdb::Vec3SGrid::Ptr scatter_ratio; ///< of a coarser level: VoxelTree::ScatterRatio of the
+                                           ///< whole voxel; null: 1 everywhere
 };
 
 /// A box or a composed volume: one part for each material, all with the same transform.

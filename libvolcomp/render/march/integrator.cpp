@@ -271,7 +271,8 @@ void Integrator::shade(int leaf, int voxel, const int* cell, double voxel_share,
                 in.weight /= m_tree.voxelSize() * m_tree.voxelSize();
             if (!(in.weight > 0)) continue;
             const Vec3d L = m_tree.directionToWorld(in.L);
-            if (m_params.shadows != Shadows::none) in.weight *= m_tree.shown(leaf, voxel, V, L);
+            if (m_params.shadows != Shadows::none)
+                in.weight *= m_tree.scatterRatio(leaf, voxel, V, L);
             Reflection f;
             if (content.directed)
                 f = material.kind == MaterialKind::fibre

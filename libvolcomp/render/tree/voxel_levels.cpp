@@ -150,7 +150,7 @@ PackedVolume packed(const VoxelTree& tree)
         PackedPart& part = volume.parts.emplace_back();
         part.material = p.material;
         part.kind = p.kind;
-        part.has_direction = part.has_colour = part.has_shown = true;
+        part.has_direction = part.has_colour = part.has_scatter_ratio = true;
         part.stores.emplace_back();
     }
     struct Place {
@@ -166,7 +166,7 @@ PackedVolume packed(const VoxelTree& tree)
     struct Voxel {
         int n;
         float density;
-        Half3 direction, colour, shown;
+        Half3 direction, colour, scatter_ratio;
     };
     const auto halves = [](const Vec3d& v) {
         using openvdb::math::half;
@@ -177,7 +177,7 @@ PackedVolume packed(const VoxelTree& tree)
         const VoxelTree::Leaf& leaf = tree.leaf(place.leaf);
         for (int n = 0; n < 512; ++n) {
             if (!(leaf.mask[n >> 6] >> (n & 63) & 1)) continue;
-            const VoxelTree::Shown s = tree.shown(place.leaf, n);
+            const VoxelTree::ScatterRatio s = tree.scatterRatio(place.leaf, n);
             tree.contents(place.leaf, n, [&](const VoxelContent& c) {
                 const Vec3d direction = c.directed
                     ? c.direction * (1 - VoxelTree::spreadOf(c.spread_code))
@@ -198,7 +198,7 @@ PackedVolume packed(const VoxelTree& tree)
                 part.density(block)[i] = v.density;
                 part.direction(block)[i] = v.direction;
                 part.colour(block)[i] = v.colour;
-                part.shown(block)[i] = v.shown;
+                part.scatterRatio(block)[i] = v.scatter_ratio;
             }
             part.blocks.push_back(block);
             voxels[p].clear();

@@ -61,7 +61,7 @@ void VoxelTree::readTransform(const Volume& volume)
     for (const VolumePart& part : volume.parts)
         for (const openvdb::GridBase::Ptr& grid :
              {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction),
-              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.shown)})
+              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio)})
             if (grid && grid->transform() != transform)
                 throw Error("the volume's grids have different transforms; resample them to one");
     m_rotation.setRows(axes[0], axes[1], axes[2]);
@@ -91,7 +91,7 @@ std::size_t VoxelTree::memoryBytes() const
 {
     return m_slots.size() * sizeof(Slot) + m_children.size() * sizeof(std::int32_t)
         + m_leaves.size() * sizeof(Leaf) + densityBytes() + m_records.size() * sizeof(std::uint64_t)
-        + m_shared.size() * sizeof(Shared) + m_shown.size() * sizeof(Shown);
+        + m_shared.size() * sizeof(Shared) + m_scatter_ratio.size() * sizeof(ScatterRatio);
 }
 
 VoxelContent VoxelTree::unpack(std::uint64_t record, float density, float colour_scale)

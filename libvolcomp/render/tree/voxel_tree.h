@@ -190,18 +190,19 @@ public:
     /// How much less light a voxel of density > 0 shows than one whose particles lie evenly in it
     /// (CoarserVoxel), where eye and light lie in the directions V and L, unit length. 1 in a tree
     /// that was not made by coarser().
-    double shown(int leaf, int voxel, const Vec3d& V, const Vec3d& L) const
+    double scatterRatio(int leaf, int voxel, const Vec3d& V, const Vec3d& L) const
     {
-        if (m_shown.empty()) return 1;
-        const Shown& s = m_shown[recordIndex(m_leaves[leaf], voxel)];
+        if (m_scatter_ratio.empty()) return 1;
+        const ScatterRatio& s = m_scatter_ratio[recordIndex(m_leaves[leaf], voxel)];
         const double cosine = V.dot(L);
         return s[1] + std::abs(cosine) * (s[cosine > 0 ? 0 : 2] - s[1]);
     }
-    using Shown = std::array<float, 3>; ///< where the light comes from the side of the eye, from
-                                        ///< across, from behind
-    Shown shown(int leaf, int voxel) const
+    using ScatterRatio = std::array<float, 3>; ///< where the light comes from the side of the eye,
+                                               ///< from across, from behind
+    ScatterRatio scatterRatio(int leaf, int voxel) const
     {
-        return m_shown.empty() ? Shown{1, 1, 1} : m_shown[recordIndex(m_leaves[leaf], voxel)];
+        return m_scatter_ratio.empty() ? ScatterRatio{1, 1, 1}
+                                       : m_scatter_ratio[recordIndex(m_leaves[leaf], voxel)];
     }
 
 private:
@@ -222,7 +223,8 @@ private:
     };
     class Builder;
     static void coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction,
-                            float* density, Leaf& leaf, std::array<Shown, 512>& shown);
+                            float* density, Leaf& leaf,
+                            std::array<ScatterRatio, 512>& scatter_ratio);
     void readTransform(const Volume& volume);
 
     static std::uint64_t blockKey(int x, int y, int z)
@@ -263,7 +265,7 @@ private:
     std::vector<float> m_density; ///< 512 a leaf
     std::vector<std::uint64_t> m_records;
     std::vector<Shared> m_shared;
-    std::vector<Shown> m_shown; ///< by record; of coarser trees
+    std::vector<ScatterRatio> m_scatter_ratio; ///< by record; of coarser trees
     std::vector<Part> m_parts;
     std::vector<char> m_is_fibre; ///< by part
     std::array<double, 64> m_factor_a{}, m_factor_b{};
@@ -279,11 +281,11 @@ struct CoarserVoxel {
     /// Light that is scattered once inside, over that of a homogeneous voxel of that density: the
     /// mean over the axes. Particles that lie in clumps shade each other and hide what they light,
     /// which the mean transmittance does not tell. 1 where the eight are equal.
-    VoxelTree::Shown shown;
+    VoxelTree::ScatterRatio scatter_ratio;
 };
 /// Of the eight densities (4 x + 2 y + z) and what they show themselves. `extinction` is the
 /// optical depth of density 1 over one of the eight; 0: the mean density.
-CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown,
+CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::ScatterRatio* scatter_ratio,
                           double extinction);
 
 } // namespace volcomp

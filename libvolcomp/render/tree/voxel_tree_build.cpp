@@ -62,8 +62,8 @@ public:
         m_tree.m_records.resize(records);
         m_tree.m_shared.resize(lists);
         if (std::any_of(m_parts.begin(), m_parts.end(),
-                        [](const VolumePart& part) { return part.shown != nullptr; }))
-            m_tree.m_shown.resize(records, {1, 1, 1});
+                        [](const VolumePart& part) { return part.scatter_ratio != nullptr; }))
+            m_tree.m_scatter_ratio.resize(records, {1, 1, 1});
         std::mutex mutex;
         std::size_t done = 0;
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, m_sources.size(), 64),
@@ -309,14 +309,14 @@ private:
                           else m_tree.m_records[m_tree.recordIndex(l, n)] = record;
                       });
         for (const VolumePart& part : m_parts) {
-            if (!part.shown) continue;
+            if (!part.scatter_ratio) continue;
             const Coord& o = m_sources[index].origin;
-            const VectorLeaf* leaf = part.shown->tree().probeConstLeaf(o);
+            const VectorLeaf* leaf = part.scatter_ratio->tree().probeConstLeaf(o);
             const Vec3f* values = leaf ? leaf->buffer().data() : nullptr;
-            const Vec3f everywhere = leaf ? Vec3f(1.0f) : part.shown->tree().getValue(o);
+            const Vec3f everywhere = leaf ? Vec3f(1.0f) : part.scatter_ratio->tree().getValue(o);
             forVoxels(part, o, [&](int n, float, const Vec3f&, const Vec3f&) {
                 const Vec3f& v = values ? values[n] : everywhere;
-                m_tree.m_shown[m_tree.recordIndex(l, n)] = {v[0], v[1], v[2]};
+                m_tree.m_scatter_ratio[m_tree.recordIndex(l, n)] = {v[0], v[1], v[2]};
             });
         }
     }
@@ -336,7 +336,7 @@ private:
             drop(part.density->tree());
             if (part.direction) drop(part.direction->tree());
             if (part.colour) drop(part.colour->tree());
-            if (part.shown) drop(part.shown->tree());
+            if (part.scatter_ratio) drop(part.scatter_ratio->tree());
         }
     }
 

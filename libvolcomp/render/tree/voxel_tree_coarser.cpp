@@ -29,7 +29,7 @@ double darkDepth(const double* depths, int axis)
 
 // Single scattering in a homogeneous cube of depth d and opacity 1 - e^-d across, for a beam
 // through the whole of it: seen from the light, across it, against it.
-VoxelTree::Shown homogeneous(double d, double opacity)
+VoxelTree::ScatterRatio homogeneous(double d, double opacity)
 {
     return {float(opacity * (2 - opacity) / 2), float(opacity * opacity / d),
             float(d * (1 - opacity))};
@@ -37,7 +37,8 @@ VoxelTree::Shown homogeneous(double d, double opacity)
 
 } // namespace
 
-CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown, double extinction)
+CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::ScatterRatio* scatter_ratio,
+                          double extinction)
 {
     double mean = 0;
     for (int k = 0; k < 8; ++k) mean += densities[k] / 8;
@@ -70,15 +71,15 @@ CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::Shown* shown
             both += passes[axis];
             squares += passes[axis] * passes[axis];
         }
-        const VoxelTree::Shown own = homogeneous(depths[k], opacity[k]);
+        const VoxelTree::ScatterRatio own = homogeneous(depths[k], opacity[k]);
         const double a = 1 + passes[0], b = 1 + passes[1], c = 1 + passes[2];
-        fine[0] += double(shown[k][0]) * own[0] * (3 + squares) / 24;
-        fine[1] += double(shown[k][1]) * own[1] * (a * b + a * c + b * c) / 48;
-        fine[2] += double(shown[k][2]) * own[2] * both / 12;
+        fine[0] += double(scatter_ratio[k][0]) * own[0] * (3 + squares) / 24;
+        fine[1] += double(scatter_ratio[k][1]) * own[1] * (a * b + a * c + b * c) / 48;
+        fine[2] += double(scatter_ratio[k][2]) * own[2] * both / 12;
     }
-    const VoxelTree::Shown even = homogeneous(total / 3, -std::expm1(-total / 3));
+    const VoxelTree::ScatterRatio even = homogeneous(total / 3, -std::expm1(-total / 3));
     for (int i = 0; i < 3; ++i)
-        if (even[i] > 1e-6f * float(sum)) v.shown[i] = float(fine[i] / double(even[i]));
+        if (even[i] > 1e-6f * float(sum)) v.scatter_ratio[i] = float(fine[i] / double(even[i]));
     return v;
 }
 
@@ -91,12 +92,13 @@ constexpr int kSteps[8] = {
 
 // One leaf into the octant (4 x + 2 y + z) of a coarser one: densities, mask, and what they show.
 void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction,
-                            float* density, Leaf& leaf, std::array<Shown, 512>& shown)
+                            float* density, Leaf& leaf,
+                            std::array<ScatterRatio, 512>& scatter_ratio)
 {
     const Leaf& from = fine.m_leaves[child];
     const float* finer = fine.densities(child);
     const int corner = offset((octant >> 2) * 4, (octant >> 1 & 1) * 4, (octant & 1) * 4);
-    std::array<Shown, 8> own;
+    std::array<ScatterRatio, 8> own;
     own.fill({1, 1, 1});
     for (int x = 0; x < 4; ++x) {
         std::uint64_t any = from.mask[2 * x] | from.mask[2 * x + 1];
@@ -108,13 +110,13 @@ void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double
             double densities[8];
             for (int k = 0; k < 8; ++k) {
                 densities[k] = finer[first + kSteps[k]];
-                if (!fine.m_shown.empty() && densities[k] > 0)
-                    own[k] = fine.m_shown[fine.recordIndex(from, first + kSteps[k])];
+                if (!fine.m_scatter_ratio.empty() && densities[k] > 0)
+                    own[k] = fine.m_scatter_ratio[fine.recordIndex(from, first + kSteps[k])];
             }
             const CoarserVoxel v = coarserVoxel(densities, own.data(), extinction);
             if (!(float(v.density) > 0)) continue;
             density[n] = float(v.density);
-            shown[n] = v.shown;
+            scatter_ratio[n] = v.scatter_ratio;
             leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
         }
     }
@@ -180,7 +182,7 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
     struct Filled { // what a leaf adds to the tables; list entries are counted from the leaf's
                     // first
         std::vector<std::uint64_t> records;
-        std::vector<Shown> shown;
+        std::vector<ScatterRatio> scatter_ratio;
         std::vector<Shared> shared;
     };
     t.m_leaves.resize(sources.size());
@@ -206,7 +208,7 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
                 };
                 std::vector<Sum> sums;
                 std::vector<Entry> entries;
-                std::array<Shown, 512> shown;
+                std::array<ScatterRatio, 512> scatter_ratio;
                 for (std::size_t i = range.begin(); i < range.end(); ++i) {
                     Leaf& leaf = t.m_leaves[i];
                     const std::array<int, 8>& leaves = sources[i];
@@ -217,11 +219,11 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
                     for (int octant = 0; octant < 8; ++octant)
                         if (leaves[octant] != kEmpty)
                             coarsenLeaf(fine, leaves[octant], octant, extinction,
-                                        &t.m_density[i * 512], leaf, shown);
+                                        &t.m_density[i * 512], leaf, scatter_ratio);
                     for (int n = 0; n < 512; ++n) {
                         if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0))
                             continue;
-                        filled[i - start].shown.push_back(shown[n]);
+                        filled[i - start].scatter_ratio.push_back(scatter_ratio[n]);
                         const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
                         const Leaf& from = fine.m_leaves[child];
                         const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
@@ -297,7 +299,8 @@ VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
             for (const std::uint64_t record : more.records)
                 t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size()
                                                               : record);
-            t.m_shown.insert(t.m_shown.end(), more.shown.begin(), more.shown.end());
+            t.m_scatter_ratio.insert(t.m_scatter_ratio.end(), more.scatter_ratio.begin(),
+                                     more.scatter_ratio.end());
             t.m_shared.insert(t.m_shared.end(), more.shared.begin(), more.shared.end());
             t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);
             t.m_directed_fibres |= l.directed_fibres;

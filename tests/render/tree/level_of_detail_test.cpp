@@ -26,10 +26,10 @@ Volume noise(int size, double fill, double most)
     return volume;
 }
 
-const std::array<VoxelTree::Shown, 8> kEven = [] {
-    std::array<VoxelTree::Shown, 8> shown;
-    shown.fill({1, 1, 1});
-    return shown;
+const std::array<VoxelTree::ScatterRatio, 8> kEven = [] {
+    std::array<VoxelTree::ScatterRatio, 8> scatter_ratio;
+    scatter_ratio.fill({1, 1, 1});
+    return scatter_ratio;
 }();
 /// noise(64, ...) at eight voxels a pixel, without a cutoff.
 Image fromAfar(const VoxelTree& tree, const Light& light, int samples, bool lod)
@@ -115,9 +115,10 @@ TEST(VoxelTree, CoarserVoxelsShowTheLightThatTheirPartsShow)
                     even[from] += scattered(whole, eye, ends & 1, light, ends >> 1);
                 }
         for (int from = 0; from < 3; ++from)
-            EXPECT_NEAR(v.shown[from] * even[from], parts[from], 1e-3 * even[from])
+            EXPECT_NEAR(v.scatter_ratio[from] * even[from], parts[from], 1e-3 * even[from])
                 << n << " " << from;
-        for (const float shown : v.shown) EXPECT_TRUE(n > 0 || std::abs(shown - 1) < 1e-6) << shown;
+        for (const float scatter_ratio : v.scatter_ratio)
+            EXPECT_TRUE(n > 0 || std::abs(scatter_ratio - 1) < 1e-6) << scatter_ratio;
     }
 }
 

@@ -112,7 +112,7 @@ TEST_F(StoredLevels, AreThoseThatAreMade)
                 ASSERT_NEAR(b.densities(other)[n], density, 1e-3 * density);
                 if (density == 0) continue;
                 for (int k = 0; k < 3; ++k)
-                    ASSERT_NEAR(b.shown(other, n)[k], a.shown(leaf, n)[k], 1e-3);
+                    ASSERT_NEAR(b.scatterRatio(other, n)[k], a.scatterRatio(leaf, n)[k], 1e-3);
                 VoxelContent contents[2];
                 a.contents(leaf, n, [&](const VoxelContent& c) { contents[c.part] = c; });
                 b.contents(other, n, [&](const VoxelContent& c) {
