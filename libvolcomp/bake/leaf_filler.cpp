@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volcomp/base/interval.h"
 #include "volcomp/base/portable_math.h"
 
 namespace volcomp {
@@ -183,7 +184,7 @@ void LeafFiller::walk(const Piece& piece, const CellLine& line, LineRange range,
         int c = static_cast<int>(std::floor(p));
         if (line.d[k] < 0 && p == c) --c;
         cell[k] = std::clamp(c, 0, kLeaf - 1);
-        next[k] = line.d[k] == 0 ? HUGE_VAL : planeAhead(k);
+        next[k] = line.d[k] == 0 ? kInfinity : planeAhead(k);
     }
     for (double t = range.begin; t < range.end;) {
         const int k = smallestOf(next);

@@ -122,9 +122,9 @@ fs::path ChartCache::boxes()
 
 fs::path ChartCache::volume(double voxel)
 {
-    const json what = composed(voxel);
-    const fs::path figures = what["figures"].get<std::string>();
-    fs::path file = what["volume"].get<std::string>();
+    const json files = composed(voxel);
+    const fs::path figures = files["figures"].get<std::string>();
+    fs::path file = files["volume"].get<std::string>();
     if (fs::exists(file) && readJson(figures).is_object()) return file;
     const fs::path directory = boxes();
     const double seconds =
@@ -136,7 +136,7 @@ fs::path ChartCache::volume(double voxel)
                 command.insert(command.end(), {"--leave-out", surface});
             return runOwn(command);
         });
-    writeJson(figures, {{"key", what["key"]}, {"cpu_seconds", seconds}});
+    writeJson(figures, {{"key", files["key"]}, {"cpu_seconds", seconds}});
     return file;
 }
 
@@ -175,11 +175,12 @@ std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& par
     return {{m_tree}};
 }
 
-Measured ChartCache::remember(const std::string& name, const json& what,
+Measured ChartCache::remember(const std::string& name, const json& key,
                               const std::function<Measured()>& measure)
 {
-    const json key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", what}};
-    const fs::path figures = place("render", key, ".json"), picture = place("render", key, ".exr");
+    const json full_key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", key}};
+    const fs::path figures = place("render", full_key, ".json"),
+                   picture = place("render", full_key, ".exr");
     const json known = readJson(figures);
     if (known.is_object() && fs::exists(picture))
         return {readImage(picture), known.at("cpu_seconds")};
@@ -187,7 +188,7 @@ Measured ChartCache::remember(const std::string& name, const json& what,
     writeImage(picture, result.image);
     writeJson(figures,
               {{"name", name},
-               {"key", key},
+               {"key", full_key},
                {"cpu_seconds",
                 result.cpu_seconds}}); // written last: it tells that the picture is complete
     return result;
