@@ -252,7 +252,7 @@ void PlacedBox::add(const openvdb::Coord& tile_origin, float weight, const Voxel
         t.tint[a] = m_placement.tint[a] * m_density;
     }
     t.tint[3] = m_density;
-    if (tint) t.walk.emplace(*tint, m_placement.triangle);
+    if (tint) t.walk.emplace(*tint);
     t.addGroup(m_part.bounds_of.size() - 1, 0);
     t.flush();
 }

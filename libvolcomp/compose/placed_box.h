@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "volcomp/compose/box_source.h"
-#include "volcomp/place/scatter.h"
+#include "volcomp/place/placement.h"
 #include "volcomp/compose/tile_accumulator.h"
 #include "volcomp/compose/voxel_tint.h"
 
