@@ -59,7 +59,13 @@ TEST_F(Programs, HelpVersionAndWrongArguments)
         EXPECT_EQ(help.status, 0);
         for (const char* option : {"--quiet", "--threads", "--version", "--stats"})
             EXPECT_NE(help.output.find(option), std::string::npos) << program << option;
-        EXPECT_EQ(run(program, "--version").status, 0);
+        const Outcome version = run(program, "--version");
+        EXPECT_EQ(version.status, 0);
+        EXPECT_EQ(version.output.find(std::string("volcomp-") + program + " 0."), 0U)
+            << version.output;
+        for (const char* part : {"OpenVDB 1", "OpenImageIO 2", "OpenMesh ", "CGAL ", "TBB 20",
+                                 "Vector instructions", "GPL-3.0-or-later", "Apache-2.0"})
+            EXPECT_NE(version.output.find(part), std::string::npos) << part << version.output;
         const Outcome wrong =
             run(program, std::string("scene.toml -o x ") + required + "--colour blue");
         EXPECT_EQ(wrong.status, 2);
