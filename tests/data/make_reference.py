@@ -227,7 +227,8 @@ def interpolated(density, p):
     for corner in np.ndindex(2, 2, 2):
         i = base + corner
         if (i >= 0).all() and (i < density.shape).all():
-            total += density[tuple(i)] * math.prod(f[a] if corner[a] else 1 - f[a] for a in range(3))
+            weight = math.prod(f[a] if corner[a] else 1 - f[a] for a in range(3))
+            total += density[tuple(i)] * weight
     return total
 
 
