@@ -6,8 +6,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
@@ -62,8 +60,5 @@ struct RenderParams {
     /// Throws Error where a value is out of range or not finite.
     void validate() const;
 };
-
-/// Reads the [render] table.
-RenderParams readRender(TableReader& table);
 
 } // namespace volcomp
