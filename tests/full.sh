@@ -21,7 +21,7 @@ make_pages() {
 # How many lines of the library and the tools the tests run, by file. No limit is held.
 report_coverage() {
     find build/coverage -name '*.gcda' -delete
-    run_tests coverage -LE slow
+    VOLCOMP_OPEN_BUILD=1 run_tests coverage -LE slow -E own_folder
     gcovr --root . --object-directory build/coverage --filter libvolcomp --filter tools \
         --exclude-throw-branches --sort-percentage --txt-metric line --output build/coverage.txt
     tail -3 build/coverage.txt

@@ -5,7 +5,8 @@
 # and is removed if the test passes. All else is read-only to the test (the sources, BUILD, the home,
 # /tmp and /var/tmp), except BUILD/failed, where a test leaves what a person should look at. That
 # needs mount namespaces. If the system does not allow them, the test runs without them; the test
-# called own_folder says whether it does.
+# called own_folder says whether it does. If VOLCOMP_OPEN_BUILD is set, BUILD is open too: programs
+# built with --coverage write what they count there.
 set -euo pipefail
 build=$1 name=$2
 shift 2
@@ -15,7 +16,7 @@ rm -rf "$folder"
 mkdir -p "$folder" "$build/failed"
 # In this order, since a folder hides what was mounted inside it before.
 export CLOSED_FOLDERS="${HOME:-/root} /tmp /var/tmp $source $build"
-export OPEN_FOLDERS="$build/failed $folder"
+export OPEN_FOLDERS="${VOLCOMP_OPEN_BUILD:+$build} $build/failed $folder"
 export HOME=$folder TMPDIR=$folder TEST_TMPDIR=$folder PYTHONDONTWRITEBYTECODE=1
 cd "$folder"
 
