@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volcomp/base/portable_math.h"
 #include "volcomp/base/vec.h"
 
 namespace volcomp {
 
-/// A symmetric 3x3 matrix; for directions the sum of w t tᵀ, which has no sign and eigenvalues >=
-/// 0.
+/// A symmetric 3x3 matrix. For directions it is the sum of w t tᵀ, which is the same for t and -t
+/// and has eigenvalues >= 0.
 struct SymmetricTensor {
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
@@ -26,16 +27,20 @@ struct SymmetricTensor {
     double trace() const { return xx + yy + zz; }
 };
 
-/// What a voxel stores: direction * (1 - spread), see VolumePart::direction.
+/// The largest eigenvector of a tensor with the eigenvalues l1 >= l2 >= l3, and how far directions
+/// spread around it. A tensor of nothing has a zero direction and a spread of 1.
 struct Principal {
-    Vec3d direction{
-        0.0}; ///< unit, its largest component positive; zero where the tensor holds nothing
-    double spread = 1; ///< sqrt((l2 + l3) / (2 l1)), 0 to 1; 1 where the tensor holds nothing
+    Vec3d direction{0.0}; ///< unit, its largest component positive
+    double spread = 1;    ///< sqrt((l2 + l3) / (2 l1)), 0 to 1
 
+    /// What a voxel stores, see VolumePart::direction.
     Vec3d stored() const { return direction * (1 - spread); }
 };
 
-/// Cyclic Jacobi rotations: slower than the closed form, exact for equal eigenvalues too.
+/// Sets the eigenvalues, largest first, and their unit eigenvectors, by cyclic Jacobi rotations:
+/// slower than the closed form, but exact also if eigenvalues are equal. OpenVDB's
+/// diagonalizeSymmetricMatrix is no substitute: if all off-diagonal elements are between 1e-15 and
+/// 1e-14 of the diagonal, it rotates an axis into itself and returns an eigenvector of length 0.7.
 inline void jacobiEigen(const SymmetricTensor& s, double values[3], Vec3d vectors[3])
 {
     double a[3][3] = {{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}};
@@ -75,10 +80,11 @@ inline void jacobiEigen(const SymmetricTensor& s, double values[3], Vec3d vector
     }
 }
 
-/// The largest eigenvector of a tensor with eigenvalues >= 0, and the spread around it. Where the
-/// two largest eigenvalues are equal (to 1e-6), the vector of their plane nearest to `preferred`,
-/// if that is given and has a part in the plane. Closed form (Smith, Eigenvalues of a symmetric 3x3
-/// matrix, CACM 1961) where the largest eigenvalue stands alone, Jacobi otherwise.
+/// Returns the principal direction of a tensor with eigenvalues >= 0. If the two largest
+/// eigenvalues are equal (to 1e-6), the direction is the vector of their plane that is nearest to
+/// `preferred`, provided that it is given and not perpendicular to the plane. Uses the closed form
+/// (Smith, Eigenvalues of a symmetric 3x3 matrix, CACM 1961) if the largest eigenvalue stands
+/// alone, Jacobi rotations otherwise.
 inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* preferred = nullptr)
 {
     const double scale = std::max({tensor.xx, tensor.yy, tensor.zz});
@@ -99,7 +105,7 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
             + s.xz * (s.xy * s.yz - y * s.xz);
         const double r = determinant / (2 * p * p * p);
         if (r > -0.98) { // the two largest eigenvalues are apart
-            largest = q + 2 * p * std::cos(std::acos(std::min(r, 1.0)) / 3);
+            largest = q + 2 * p * portable::cos(portable::acos(std::min(r, 1.0)) / 3);
             const Vec3d r0(s.xx - largest, s.xy, s.xz), r1(s.xy, s.yy - largest, s.yz),
                 r2(s.xz, s.yz, s.zz - largest);
             const Vec3d c[3] = {r0.cross(r1), r0.cross(r2), r1.cross(r2)};
@@ -124,9 +130,7 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
             if (const double length = in_plane.length(); length > 1e-6) d = in_plane / length;
         }
     }
-    const int axis = std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0 : 2)
-                                                      : (std::abs(d[1]) >= std::abs(d[2]) ? 1 : 2);
-    if (d[axis] < 0) d = -d;
+    if (d[largestAxis(d)] < 0) d = -d;
     return {d, std::min(1.0, std::sqrt(std::max(0.0, trace - largest) / (2 * largest)))};
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/portable_math.h"
 
 namespace volcomp {
 
@@ -19,9 +20,9 @@ double outlineWidth(Outline outline, double s)
     case Outline::ellipse:
         return std::sqrt(std::max(0.0, 4 * s * (1 - s)));
     case Outline::ovate:
-        return std::sin(kPi * std::pow(s, 0.6));
+        return portable::sin(kPi * portable::pow(s, 0.6));
     case Outline::obovate:
-        return std::sqrt(std::max(0.0, std::sin(kPi * std::pow(s, 2))));
+        return std::sqrt(std::max(0.0, portable::sin(kPi * s * s)));
     }
     return 1;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <ostream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -78,12 +78,8 @@ void writePlacements(const std::filesystem::path& file, const PlacedScene& scene
     if (!json && file.extension() != ".ply")
         throw fileError(file, "", "a name that ends in .json or .ply",
                         "'" + file.extension().string() + "'");
-    writeAtomically(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream stream(temporary, std::ios::binary);
-        (json ? writeJson : writePly)(stream, scene);
-        if (!stream.flush())
-            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
-    });
+    writeStreamAtomically(
+        file, [&](std::ostream& stream) { (json ? writeJson : writePly)(stream, scene); });
 }
 
 } // namespace volcomp

@@ -1,15 +1,14 @@
 #include "volcomp/place/scatter.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <mutex>
 #include <optional>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/hash.h"
 #include "volcomp/base/random.h"
 
 namespace volcomp {
@@ -18,14 +17,6 @@ namespace {
 constexpr double kMostSamples = 5e8;
 constexpr std::uint64_t kChunk = 4096; ///< samples that one thread takes at a time
 constexpr std::uint64_t kBatch = 128;  ///< chunks that are placed before they are collected
-
-/// FNV-1a. A layer's random numbers follow its name, so that a layer put before it changes nothing.
-std::uint64_t hashName(const std::string& name)
-{
-    std::uint64_t h = 0xcbf29ce484222325ULL;
-    for (const unsigned char c : name) h = (h ^ c) * 0x100000001b3ULL;
-    return h;
-}
 
 /// A unit vector perpendicular to n. Continuous in n, except at n = -z (Duff and others, Building
 /// an orthonormal basis, revisited, JCGT 2017).
@@ -86,7 +77,8 @@ public:
            const KeptPlaces& kept, const Maps& maps)
         : m_surface(surface), m_layer(layer), m_boxes(boxes), m_index(layer_index), m_kept(kept),
           m_maps(maps), m_samples(countSamples(surface, layer)),
-          m_key(hashKey(layer.seed, hashName(layer.name)))
+          // The stream follows the layer's name, so that a layer put before it changes nothing.
+          m_key(hashKey(layer.seed, fnv1a(layer.name)))
     {
     }
 
@@ -241,19 +233,14 @@ void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes
     const auto count = static_cast<std::uint64_t>(countSamples(surface, layer).total);
     const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
     const Placer placer(surface, layer, boxes, layer_index, kept, maps);
-    std::atomic<std::uint64_t> done{0};
-    std::mutex mutex;
+    SharedProgress done(progress, chunks);
     for (std::uint64_t first = 0; first < chunks; first += kBatch) {
         std::vector<PlacementList> pieces(std::min(kBatch, chunks - first));
         tbb::parallel_for(std::uint64_t(0), std::uint64_t(pieces.size()), [&](std::uint64_t piece) {
             const std::uint64_t begin = (first + piece) * kChunk;
             for (std::uint64_t i = begin; i < std::min(count, begin + kChunk); ++i)
                 placer.sample(i, pieces[piece]);
-            const std::uint64_t now = ++done;
-            if (now % 16 == 0 && mutex.try_lock()) {
-                report(progress, double(now) / double(chunks));
-                mutex.unlock();
-            }
+            done.add();
         });
         for (PlacementList& piece : pieces) out.append(std::move(piece));
     }

@@ -9,6 +9,8 @@
 #include <toml.hpp>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/srgb.h"
+#include "volcomp/base/text.h"
 #include "volcomp/scene/toml_state.h"
 
 namespace volcomp {
@@ -20,8 +22,6 @@ std::string vectorText(const Vec3d& v)
 {
     return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]);
 }
-
-double fromSrgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
 
 /// What a key that is absent reads as while describing.
 double lowest(Interval r) { return std::isfinite(r.low) ? r.low : 0; }
@@ -187,8 +187,8 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
                 || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
                 m_state->fail(*v, key.name, expected);
             const unsigned long rgb = std::stoul(s.substr(1), nullptr, 16);
-            return {fromSrgb((rgb >> 16) / 255.0), fromSrgb((rgb >> 8 & 255) / 255.0),
-                    fromSrgb((rgb & 255) / 255.0)};
+            return {linearFromSrgb((rgb >> 16) / 255.0), linearFromSrgb((rgb >> 8 & 255) / 255.0),
+                    linearFromSrgb((rgb & 255) / 255.0)};
         }
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
@@ -245,7 +245,7 @@ int TableReader::word(const Key& key, std::optional<int> fallback,
         if (!v->is_string()) m_state->fail(*v, key.name, expected);
         const auto it = std::find(words.begin(), words.end(), v->as_string().str);
         if (it == words.end()) {
-            const std::string hint = nearest(v->as_string().str, words);
+            const std::string hint = nearestSpelling(v->as_string().str, words);
             m_state->fail(*v, key.name,
                           hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
         }
@@ -333,7 +333,7 @@ void TableReader::finish() const
     for (const auto& [name, v] : m_state->value->as_table()) {
         if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end())
             continue;
-        const std::string hint = nearest(name, m_state->known);
+        const std::string hint = nearestSpelling(name, m_state->known);
         const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ")
                                                 : "did you mean '" + hint + "'?";
         throw Error(pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(),

@@ -7,26 +7,10 @@
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/text.h"
 
 namespace volcomp {
 namespace {
-
-/// Levenshtein's edit distance.
-std::size_t distance(const std::string& a, const std::string& b)
-{
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t above = row[j];
-            row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
-            diagonal = above;
-        }
-    }
-    return row[b.size()];
-}
 
 /// The value as a message shows it, at most 60 characters.
 std::string found(const toml::value& v)
@@ -39,24 +23,6 @@ std::string found(const toml::value& v)
 }
 
 } // namespace
-
-std::string nearest(const std::string& word, const std::vector<std::string>& known)
-{
-    std::string best;
-    std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
-    for (const std::string& candidate : known)
-        if (const std::size_t d = distance(word, candidate);
-            d <= best_distance && (best.empty() || d < best_distance)) {
-            best = candidate;
-            best_distance = d;
-        }
-    return best;
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between)
-{
-    return fmt::format("{}", fmt::join(words, between));
-}
 
 std::string rangeText(Interval r)
 {
@@ -128,7 +94,7 @@ void TableReader::State::missing(const Key& key, const std::string& type) const
     std::string advice = fmt::format("add {} = ... to this table", key.name);
     if (value)
         for (const auto& [other, v] : value->as_table()) // close enough to be the key, misspelt
-            if (distance(other, key.name) <= std::strlen(key.name) / 3)
+            if (editDistance(other, key.name) <= std::strlen(key.name) / 3)
                 advice = fmt::format("is '{}' meant to be '{}'?", other, key.name);
     if (value && value->location().line() > 0 && !name.empty())
         throw Error(

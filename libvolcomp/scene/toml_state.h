@@ -12,9 +12,6 @@
 
 namespace volcomp {
 
-/// The word of `known` that `word` may be a misspelling of; empty if none is close.
-std::string nearest(const std::string& word, const std::vector<std::string>& known);
-std::string joined(const std::vector<std::string>& words, const char* between);
 /// An interval as the documentation shows it; empty if it has no bounds.
 std::string rangeText(Interval range);
 /// "TYPE RANGE", or the type alone if the interval has no bounds.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/text.h"
 #include "volcomp/scene/scene.h"
 
 namespace volcomp {
@@ -15,9 +16,8 @@ inline void leaveOut(Scene& scene, const std::vector<std::string>& surfaces)
 {
     for (const std::string& surface : surfaces) {
         if (removeSurface(scene, surface)) continue;
-        std::string names;
-        for (const SurfaceSpec& s : scene.surfaces) names += (names.empty() ? "" : ", ") + s.name;
-        throw fileError(scene.file, "--leave-out", "the name of a surface (" + names + ")",
+        throw fileError(scene.file, "--leave-out",
+                        "the name of a surface (" + joined(namesOf(scene.surfaces)) + ")",
                         "'" + surface + "'");
     }
 }
