@@ -1,10 +1,8 @@
 #include "volcomp/compose/compose.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
-#include <mutex>
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -82,8 +80,7 @@ PackedPart composePart(const TileSources& composer, const Progress& progress)
     };
     tbb::enumerable_thread_specific<Worker> workers;
     std::vector<TileBlocks> tiles(composer.tileCount());
-    std::atomic<std::size_t> done{0};
-    std::mutex mutex;
+    SharedProgress done(progress, tiles.size());
     tbb::parallel_for(std::size_t(0), tiles.size(), [&](std::size_t t) {
         Worker& worker = workers.local();
         worker.blocks.clear();
@@ -92,10 +89,7 @@ PackedPart composePart(const TileSources& composer, const Progress& progress)
                         worker.lists.allocate(worker.blocks.size() * sizeof(PackedBlock))),
                     worker.blocks.size()};
         std::uninitialized_copy(worker.blocks.begin(), worker.blocks.end(), tiles[t].first);
-        if (++done % 64 == 0 && mutex.try_lock()) {
-            report(progress, double(done) / double(tiles.size()));
-            mutex.unlock();
-        }
+        done.add();
     });
     PackedPart part = composer.emptyPart();
     part.blocks = inOrder(composer, tiles);

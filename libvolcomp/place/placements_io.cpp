@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <ostream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -76,11 +76,8 @@ void writePlacements(const std::filesystem::path& file, const std::vector<Placem
     if (!json && file.extension() != ".ply")
         throw fileError(file, "", "a name that ends in .json or .ply",
                         "'" + file.extension().string() + "'");
-    writeAtomically(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream stream(temporary, std::ios::binary);
+    writeStreamAtomically(file, [&](std::ostream& stream) {
         (json ? writeJson : writePly)(stream, placements, boxes, layers);
-        if (!stream.flush())
-            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 

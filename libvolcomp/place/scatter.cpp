@@ -1,29 +1,20 @@
 #include "volcomp/place/scatter.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <mutex>
 #include <optional>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/hash.h"
 #include "volcomp/base/random.h"
 
 namespace volcomp {
 namespace {
 
 constexpr double kMostSamples = 5e8;
-
-/// FNV-1a: a layer's stream follows its name, so that a layer put before it changes nothing.
-std::uint64_t hashName(const std::string& name)
-{
-    std::uint64_t h = 0xcbf29ce484222325ULL;
-    for (const unsigned char c : name) h = (h ^ c) * 0x100000001b3ULL;
-    return h;
-}
 
 /// A unit vector perpendicular to n that changes with it steadily, but at n = -z (Duff and others,
 /// Building an orthonormal basis, revisited, JCGT 2017).
@@ -44,7 +35,8 @@ public:
     Placer(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
            const Maps& maps)
         : m_surface(surface), m_layer(layer), m_boxes(boxes), m_index(layer_index), m_maps(maps),
-          m_key(hashKey(layer.seed, hashName(layer.name)))
+          // The stream follows the layer's name, so that a layer put before it changes nothing.
+          m_key(hashKey(layer.seed, fnv1a(layer.name)))
     {
     }
 
@@ -197,16 +189,11 @@ std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const
     constexpr std::uint64_t kChunk = 4096;
     const auto count = static_cast<std::uint64_t>(total), chunks = (count + kChunk - 1) / kChunk;
     std::vector<std::vector<Placement>> parts(chunks);
-    std::atomic<std::uint64_t> done{0};
-    std::mutex mutex;
+    SharedProgress done(progress, chunks);
     tbb::parallel_for(std::uint64_t(0), chunks, [&](std::uint64_t chunk) {
         for (std::uint64_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
             placer.sample(i, wanted / rounded, parts[chunk]);
-        const std::uint64_t now = ++done;
-        if (now % 16 == 0 && mutex.try_lock()) {
-            report(progress, double(done) / double(chunks));
-            mutex.unlock();
-        }
+        done.add();
     });
     std::size_t size = 0;
     for (const auto& part : parts) size += part.size();

@@ -1,12 +1,12 @@
 #include "volcomp/render/render.h"
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 
 #include <tbb/parallel_for.h>
 
+#include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
 #include "volcomp/render/tree/level_of_detail.h"
 #include "volcomp/render/pixel_filter.h"
@@ -15,12 +15,6 @@ namespace volcomp {
 namespace {
 
 constexpr int kTile = 16; // pixels
-
-double seconds()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 Material materialOf(const VoxelTree::Part& part, const std::vector<Material>& materials)
 {
@@ -168,7 +162,7 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
         const int samples = watch ? watch->state.samples[tile] : 0;
         return samples < 0 ? 1.0 / 16 : double(samples);
     };
-    double done = 0, updated = seconds();
+    double done = 0, updated = wallSeconds();
     for (int t = 0; t < tiles.tiles(); ++t) done += part(t);
     const auto stopped = [&] { return watch && watch->stop && watch->stop->load(); };
     for (const int target : targets)
@@ -178,7 +172,7 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
                 if (tiles.reached(tile, target)) return;
                 if (watch
                     && (stopped()
-                        || (watch->update && seconds() - updated > watch->every_seconds))) {
+                        || (watch->update && wallSeconds() - updated > watch->every_seconds))) {
                     left_out = true;
                     return;
                 }
@@ -196,7 +190,7 @@ RayCounts renderTiles(TileRenderer& tiles, const RenderParams& params, const Pro
             if (watch && watch->update
                 && (left_out || (watch->preview && target != params.samples))) {
                 watch->update(watch->state, tiles.image());
-                updated = seconds();
+                updated = wallSeconds();
             }
             if (left_out && stopped())
                 throw Stopped(

@@ -11,46 +11,13 @@
 #include <toml.hpp>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/srgb.h"
+#include "volcomp/base/text.h"
 
 namespace volcomp {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Levenshtein's edit distance.
-std::size_t distance(const std::string& a, const std::string& b)
-{
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t above = row[j];
-            row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
-            diagonal = above;
-        }
-    }
-    return row[b.size()];
-}
-
-std::string nearest(const std::string& word, const std::vector<std::string>& known)
-{
-    std::string best;
-    std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
-    for (const std::string& candidate : known)
-        if (const std::size_t d = distance(word, candidate);
-            d <= best_distance && (best.empty() || d < best_distance)) {
-            best = candidate;
-            best_distance = d;
-        }
-    return best;
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between)
-{
-    return fmt::format("{}", fmt::join(words, between));
-}
 
 std::string rangeText(Interval r)
 {
@@ -79,8 +46,6 @@ std::string vectorText(const Vec3d& v)
 {
     return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]);
 }
-
-double fromSrgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
 
 double lowest(Interval r) { return std::isfinite(r.low) ? r.low : 0; }
 
@@ -149,7 +114,7 @@ struct TableReader::State {
         std::string advice = fmt::format("add {} = ... to this table", key.name);
         if (value)
             for (const auto& [other, v] : value->as_table()) // close enough to be the key, misspelt
-                if (distance(other, key.name) <= std::strlen(key.name) / 3)
+                if (editDistance(other, key.name) <= std::strlen(key.name) / 3)
                     advice = fmt::format("is '{}' meant to be '{}'?", other, key.name);
         if (value && value->location().line() > 0 && !name.empty())
             throw Error(pointed(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}",
@@ -340,8 +305,8 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
                 || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
                 m_state->fail(*v, key.name, expected);
             const unsigned long rgb = std::stoul(s.substr(1), nullptr, 16);
-            return {fromSrgb((rgb >> 16) / 255.0), fromSrgb((rgb >> 8 & 255) / 255.0),
-                    fromSrgb((rgb & 255) / 255.0)};
+            return {linearFromSrgb((rgb >> 16) / 255.0), linearFromSrgb((rgb >> 8 & 255) / 255.0),
+                    linearFromSrgb((rgb & 255) / 255.0)};
         }
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
@@ -398,7 +363,7 @@ int TableReader::word(const Key& key, std::optional<int> fallback,
         if (!v->is_string()) m_state->fail(*v, key.name, expected);
         const auto it = std::find(words.begin(), words.end(), v->as_string().str);
         if (it == words.end()) {
-            const std::string hint = nearest(v->as_string().str, words);
+            const std::string hint = nearestSpelling(v->as_string().str, words);
             m_state->fail(*v, key.name,
                           hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
         }
@@ -486,7 +451,7 @@ void TableReader::finish() const
     for (const auto& [name, v] : m_state->value->as_table()) {
         if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end())
             continue;
-        const std::string hint = nearest(name, m_state->known);
+        const std::string hint = nearestSpelling(name, m_state->known);
         const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ")
                                                 : "did you mean '" + hint + "'?";
         throw Error(pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(),

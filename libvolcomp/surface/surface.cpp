@@ -23,8 +23,7 @@ void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t
         high = openvdb::math::maxComponent(high, centres[*it]);
     }
     const Vec3d extent = high - low;
-    const int axis = extent[0] >= extent[1] ? (extent[0] >= extent[2] ? 0 : 2)
-                                            : (extent[1] >= extent[2] ? 1 : 2);
+    const int axis = largestAxis(extent);
     const auto middle = first + (last - first) / 2;
     std::nth_element(first, middle, last, [&](std::int32_t a, std::int32_t b) {
         if (centres[a][axis] != centres[b][axis])

@@ -7,15 +7,11 @@
 
 #include <sys/mman.h>
 #include <tbb/parallel_for.h>
-#if defined(__F16C__) && defined(__AVX__)
-#include <immintrin.h> // and of AVX-512
-#endif
 
 namespace volcomp {
 namespace {
 
 using openvdb::math::half;
-static_assert(sizeof(Half3) == 6 && sizeof(half) == 2);
 
 constexpr std::size_t kFirstChunk = std::size_t(1) << 16, kLargePage = std::size_t(1) << 21,
                       kLargestChunk = 2 * kLargePage;
@@ -76,47 +72,6 @@ std::byte* VoxelStore::allocate(std::size_t bytes)
     m_next += bytes;
     m_left -= bytes;
     return result;
-}
-
-void toHalf(const float* from, half* to, std::size_t count)
-{
-    std::size_t i = 0;
-#if defined(__F16C__) && defined(__AVX__)
-    for (; i + 8 <= count; i += 8)
-        _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i),
-                         _mm256_cvtps_ph(_mm256_loadu_ps(from + i), _MM_FROUND_TO_NEAREST_INT));
-#endif
-    for (; i < count; ++i) to[i] = half(from[i]);
-}
-
-void interleave(const half* x, const half* y, const half* z, Half3* to, std::size_t count)
-{
-    std::size_t i = 0;
-#ifdef __AVX512BW__
-    struct Order {
-        alignas(64) std::int16_t xy[3][32], with_z[3][32]; // of x then y; of that then z
-    };
-    static constexpr Order kOrder = [] {
-        Order o{};
-        for (int k = 0; k < 96; ++k) {
-            o.xy[k / 32][k % 32] = static_cast<std::int16_t>(k / 3 + (k % 3 == 1 ? 32 : 0));
-            o.with_z[k / 32][k % 32] = static_cast<std::int16_t>(k % 3 == 2 ? 32 + k / 3 : k % 32);
-        }
-        return o;
-    }();
-    for (; i + 32 <= count; i += 32) {
-        const __m512i vx = _mm512_loadu_si512(x + i), vy = _mm512_loadu_si512(y + i),
-                      vz = _mm512_loadu_si512(z + i);
-        for (int part = 0; part < 3; ++part) {
-            const __m512i xy =
-                _mm512_permutex2var_epi16(vx, _mm512_load_si512(kOrder.xy[part]), vy);
-            _mm512_storeu_si512(
-                reinterpret_cast<half*>(to + i) + 32 * part,
-                _mm512_permutex2var_epi16(xy, _mm512_load_si512(kOrder.with_z[part]), vz));
-        }
-    }
-#endif
-    for (; i < count; ++i) to[i] = {x[i], y[i], z[i]};
 }
 
 bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b)

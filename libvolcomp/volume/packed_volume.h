@@ -12,15 +12,10 @@
 #include <string>
 #include <vector>
 
-#include <openvdb/math/Half.h>
-
+#include "volcomp/volume/half_floats.h"
 #include "volcomp/volume/volume.h"
 
 namespace volcomp {
-
-/// Three half floats, as files keep directions and colours: each component is off by at most 2^-11
-/// of itself.
-using Half3 = std::array<openvdb::math::half, 3>;
 
 /// Memory for voxels, given out from large chunks and freed all at once.
 class VoxelStore {
@@ -107,12 +102,5 @@ PackedVolume pack(const Volume& volume);
 
 /// As grids. Takes the memory that OpenVDB's leaves take.
 Volume unpack(const PackedVolume& volume);
-
-/// Rounded to nearest even, as files hold them.
-void toHalf(const float* from, openvdb::math::half* to, std::size_t count);
-
-/// Writes vectors given as three arrays.
-void interleave(const openvdb::math::half* x, const openvdb::math::half* y,
-                const openvdb::math::half* z, Half3* to, std::size_t count);
 
 } // namespace volcomp

@@ -13,6 +13,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/text.h"
 #include "volcomp/volume/vdb_io.h"
 #include "volcomp/volume/vdb_format.h"
 #include "volcomp/render/tree/voxel_tree.h"
@@ -305,9 +306,7 @@ Volume readVolume(const fs::path& file, bool delayed)
         if (name.rfind("density_", 0) == 0) suffixes.push_back(name.substr(7));
     if (suffixes.empty()) {
         if (!reader.has("density")) {
-            std::string found;
-            for (const std::string& name : reader.names())
-                found += (found.empty() ? "" : ", ") + name;
+            const std::string found = joined(reader.names());
             throw fileError(file, "", "a grid named 'density'",
                             found.empty() ? "no grids" : "grids " + found);
         }

@@ -58,8 +58,7 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
 void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
                      const RenderState& state)
 {
-    writeAtomically(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream stream(temporary, std::ios::binary);
+    writeStreamAtomically(file, [&](std::ostream& stream) {
         const std::string text = fingerprint.dump();
         const std::uint64_t head[] = {kMagic, text.size(), state.sums.size(), state.samples.size(),
                                       hashOf(state.sums) ^ hashOf(state.samples)};
@@ -69,8 +68,6 @@ void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
                      std::streamsize(state.sums.size() * sizeof(double)));
         stream.write(reinterpret_cast<const char*>(state.samples.data()),
                      std::streamsize(state.samples.size() * sizeof(std::int32_t)));
-        if (!stream.flush())
-            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 

@@ -1,11 +1,11 @@
 // volcomp-render: a volume file and a scene's camera and lights to a picture.
-#include <chrono>
 #include <csignal>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "tools/render/checkpoint.h"
+#include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
 #include "volcomp/view/image.h"
 #include "volcomp/render/render.h"
@@ -47,19 +47,13 @@ struct Options {
     double checkpoint_seconds = 20;
 };
 
-double now()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 /// Renders with pauses in which the preview and the checkpoint are written.
 Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
                     const std::vector<VoxelLevel>& levels, const fs::path& checkpoint,
                     RenderState state, const nlohmann::json& fingerprint, RenderStats& stats)
 {
     const bool saves = options.checkpoint_seconds > 0;
-    double saved = now();
+    double saved = wallSeconds();
     RenderWatch watch;
     watch.state = std::move(state);
     watch.preview = !options.preview.empty();
@@ -67,9 +61,9 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
     watch.stop = saves ? &stop_asked : nullptr;
     watch.update = [&](const RenderState& so_far, const Image& image) {
         if (!options.preview.empty()) writeImage(options.preview, image);
-        if (!saves || (!stop_asked && now() - saved < options.checkpoint_seconds)) return;
+        if (!saves || (!stop_asked && wallSeconds() - saved < options.checkpoint_seconds)) return;
         writeCheckpoint(checkpoint, fingerprint, so_far);
-        saved = now();
+        saved = wallSeconds();
     };
     return tool.stage("render", [&](const Progress& progress) {
         std::optional<StopOnSignal> handler;

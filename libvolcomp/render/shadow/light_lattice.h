@@ -27,11 +27,7 @@ struct LightLattice {
     static LightLattice parallel(const Vec3d& direction, double spacing)
     {
         LightLattice l;
-        l.setAxis(std::abs(direction[0]) >= std::abs(direction[1])
-                          && std::abs(direction[0]) >= std::abs(direction[2])
-                      ? 0
-                      : std::abs(direction[1]) >= std::abs(direction[2]) ? 1
-                                                                         : 2);
+        l.setAxis(largestAxis(direction));
         l.sign = direction[l.a] > 0 ? 1 : -1;
         l.slope[0] = direction[l.b] / std::abs(direction[l.a]);
         l.slope[1] = direction[l.c] / std::abs(direction[l.a]);

@@ -62,9 +62,7 @@ const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L
 {
     int side = 0;
     if (!m_directional[light]) {
-        const int a = std::abs(L[0]) >= std::abs(L[1]) && std::abs(L[0]) >= std::abs(L[2]) ? 0
-            : std::abs(L[1]) >= std::abs(L[2])                                             ? 1
-                                                                                           : 2;
+        const int a = largestAxis(L);
         side = 2 * a + (L[a] < 0); // the light goes the other way
     }
     return m_field_of[light][side] < 0 ? nullptr : &m_fields[m_field_of[light][side]];
