@@ -343,7 +343,8 @@ int main(int argc, char** argv)
 {
     Tool tool(
         "volcomp-chart",
-        "Measures time and error of the methods and settings on a scene, and draws the chart. Bakes and composes what it needs.");
+        "Measures time and error of the methods and settings on a scene, and draws the chart. "
+        "Bakes and composes what it needs.");
     Options options;
     tool.app.add_option("scene", options.scene, "Scene file (TOML)")
         ->required()
@@ -351,7 +352,8 @@ int main(int argc, char** argv)
     tool.app
         .add_option(
             "-o,--output", options.directory,
-            "Directory for chart.svg, chart.png, results.csv, table.md and what was measured (cache/)")
+            "Directory for chart.svg, chart.png, results.csv, table.md and what was measured "
+            "(cache/)")
         ->required()
         ->type_name("DIR");
     tool.app
