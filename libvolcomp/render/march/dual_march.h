@@ -21,6 +21,14 @@ inline int gatheredCorner(int number)
     return ((number >> 2) * DualTree::kDim + (number >> 1 & 1)) * DualTree::kDim + (number & 1);
 }
 
+/// The voxel whose centre is corner 4 x + 2 y + z of a cell.
+inline void cornerVoxel(const int* cell, int corner, int* voxel)
+{
+    voxel[0] = cell[0] + (corner >> 2);
+    voxel[1] = cell[1] + (corner >> 1 & 1);
+    voxel[2] = cell[2] + (corner & 1);
+}
+
 /// The integrals over t from t0 to t1 of the eight trilinear weights along the ray o + t d, from
 /// the cell's lowest corner.
 inline void cornerWeights(const double* o, const double* d, const int* cell, double t0, double t1,

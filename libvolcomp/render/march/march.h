@@ -61,6 +61,9 @@ public:
         return r;
     }
 
+    /// The point at t.
+    Vec3d at(double t) const { return {o[0] + d[0] * t, o[1] + d[1] * t, o[2] + d[2] * t}; }
+
     static constexpr double kFar = 1e30;
     double o[3], d[3], inverse[3], t0, t1;
     int sign[3], upper[3]; ///< upper: 1 where the ray leaves a cell through its upper face

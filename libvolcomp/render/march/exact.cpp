@@ -1,0 +1,68 @@
+// The exact way with the box filter: every voxel has one density, the ray's way through it is known
+// exactly.
+#include <algorithm>
+
+#include "volcomp/render/march/integration.h"
+
+namespace volcomp {
+namespace {
+
+template <bool kFibre>
+void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
+                 RaySample& sample, RayScratch& scratch)
+{
+    const VoxelTree& tree = scene.tree;
+    forEachLeaf(tree, r, [&](const LeafSpan& span) {
+        const float* density = tree.densities(span.leaf);
+        const bool fibres = kFibre && tree.leaf(span.leaf).directed_fibres;
+        const LeafWay way(r, *span.start);
+        for (int i = 0; i < way.count; ++i) {
+            const int voxel = way.voxels[i];
+            const float rho = density[voxel];
+            if (!(rho > 0)) continue;
+            const double t = way.times[i], end = std::min(way.times[i + 1], r.t1);
+            if (!(end > t)) continue;
+            double delta = scene.extinction * rho * (end - t);
+            if (fibres) delta *= tree.fibreFactor(span.leaf, voxel, direction);
+            if (delta == 0) continue;
+            const SeenVoxel seen{span.leaf,
+                                 voxel,
+                                 {span.cell[0] + (voxel >> 6), span.cell[1] + (voxel >> 3 & 7),
+                                  span.cell[2] + (voxel & 7)}};
+            scratch.shading.start(scene.lights.size());
+            shadeVoxel(scene, seen, r.at(0.5 * (t + end)), -direction, scratch.shading);
+            addSegment(
+                scene,
+                {delta, t, end, r.at(t), r.at(end), {seen.cell[0], seen.cell[1], seen.cell[2]}},
+                sample, scratch);
+            if (sample.transmittance < scene.params.cutoff) return false;
+        }
+        return true;
+    });
+}
+
+} // namespace
+
+double exactDepth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
+{
+    return scene.extinction
+        * (scene.fibre ? lineIntegral<true>(scene.tree, r, direction, scene.stop)
+                       : lineIntegral<false>(scene.tree, r, direction, scene.stop));
+}
+
+double exactShortDepth(const MarchScene& scene, const MarchRay& r, const int* cell,
+                       const Vec3d& direction)
+{
+    return scene.extinction
+        * (scene.fibre ? shortIntegral<true>(scene.tree, r, cell, direction)
+                       : shortIntegral<false>(scene.tree, r, cell, direction));
+}
+
+void traceExact(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
+                RaySample& sample, RayScratch& scratch)
+{
+    if (scene.fibre) traceVoxels<true>(scene, r, direction, sample, scratch);
+    else traceVoxels<false>(scene, r, direction, sample, scratch);
+}
+
+} // namespace volcomp

@@ -1,0 +1,40 @@
+#include "volcomp/render/march/march_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace volcomp {
+
+MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_materials,
+                       const std::vector<Light>& the_lights, const RenderParams& the_params)
+    : tree(the_tree), params(the_params), materials(std::move(part_materials)), lights(the_lights),
+      grid_lights(the_lights),
+      fibre(params.extinction == Extinction::fibre && tree.hasDirectedFibres()),
+      extinction(params.tau * tree.voxelSize()),
+      stop(params.cutoff > 0 && extinction > 0 ? -std::log(params.cutoff) / extinction
+                                               : std::numeric_limits<double>::infinity())
+{
+    for (const Material& m : materials)
+        for (int code = 0; code < 64; ++code)
+            lobes.push_back(
+                makeLobe(m, VoxelTree::spreadOf(std::min(code, VoxelTree::kSpreadCodes - 1))));
+    for (Light& l : grid_lights) {
+        l.position = tree.toCorner(l.position);
+        l.direction = tree.directionToCorner(l.direction);
+        light_rays.emplace_back(tree, Vec3d(0.0), -l.direction, 0);
+    }
+    const auto black = [](const Vec3d& v) { return v == Vec3d(0.0); };
+    transmits_only = !params.aovs && black(params.ambient)
+        && std::all_of(lights.begin(), lights.end(),
+                       [&](const Light& l) { return black(l.strength); });
+    if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
+}
+
+double MarchScene::darkest() const
+{
+    constexpr double kWithoutCutoff = 12; // e^-12 is 6e-6
+    return params.cutoff > 0 ? -std::log(params.cutoff) : kWithoutCutoff;
+}
+
+} // namespace volcomp

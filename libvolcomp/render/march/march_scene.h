@@ -1,0 +1,52 @@
+// What all rays through one tree share: the volume, its materials, the lights and the settings,
+// with everything that is worked out of them once.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "volcomp/render/march/march.h"
+#include "volcomp/render/render_params.h"
+#include "volcomp/render/shade.h"
+#include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/tree/dual_tree.h"
+#include "volcomp/render/tree/voxel_tree.h"
+#include "volcomp/view/light.h"
+#include "volcomp/volume/material.h"
+
+namespace volcomp {
+
+/// A copy shares the tree, the dual tree and the sweep, and owns the rest. Nothing in it changes
+/// while rays are traced, so threads share it.
+struct MarchScene {
+    /// `part_materials` holds the material of each part of the tree. The tree must outlive this;
+    /// the lights, in world units, are copied.
+    MarchScene(const VoxelTree& tree, std::vector<Material> part_materials,
+               const std::vector<Light>& lights, const RenderParams& params);
+
+    /// The lobe of a part at the spread with this code (VoxelContent::spread_code).
+    const Lobe& lobe(int part, int spread_code) const { return lobes[part * 64 + spread_code]; }
+
+    /// The optical depth behind which nothing matters.
+    double darkest() const;
+
+    const VoxelTree& tree;
+    std::shared_ptr<const DualTree> dual; ///< set if and only if the filter is trilinear
+    const ShadowSweep* sweep = nullptr;   ///< swept light, or nullptr if rays are to find all light
+    RenderParams params;
+    std::vector<Material> materials;  ///< by part
+    std::vector<Lobe> lobes;          ///< 64 for each part, see lobe()
+    std::vector<Light> lights;        ///< world units
+    std::vector<Light> grid_lights;   ///< the same: positions in corner coordinates, directions in
+                                      ///< the grid's axes
+    std::vector<MarchRay> light_rays; ///< for each light: a ray against the light's direction, for
+                                      ///< MarchRay::from(); of use for directional lights only
+    bool fibre;                       ///< extinction depends on the ray's direction somewhere
+    bool transmits_only; ///< nothing shines and no other output is wanted: rays need to bring only
+                         ///< their transmittance
+    double extinction;   ///< optical depth of density 1 over one voxel
+    double stop;         ///< a line integral (density x voxels) above this lets no light through
+                         ///< that matters; infinite if RenderParams::cutoff is 0
+};
+
+} // namespace volcomp

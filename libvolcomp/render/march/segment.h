@@ -1,0 +1,103 @@
+// The light of one segment of a ray: all ways to integrate add to the picture through addSegment().
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "volcomp/render/march/march_scene.h"
+#include "volcomp/render/march/shading.h"
+
+namespace volcomp {
+
+/// What a ray brings.
+struct RaySample {
+    Vec3d radiance{0.0};      ///< of the volume alone, without the background
+    double transmittance = 1; ///< to the ray's end
+    // With RenderParams::aovs, each the sum of what the voxels have, weighted by how much of them
+    // the ray sees:
+    Vec3d albedo{0.0}; ///< alpha c_b
+    Vec3d normal{0.0}; ///< direction, turned to the eye
+    double depth = 0;  ///< distance from the ray's origin, world units
+};
+
+/// How much work a render was.
+struct RayCounts {
+    std::uint64_t rays = 0, shadow_rays = 0;
+    std::uint64_t shaded_voxels = 0; ///< segments that were shaded
+};
+
+/// A piece of a ray inside one voxel (exact, box filter), inside one cell between voxel centres
+/// (exact, trilinear filter), or one sample of a sum (riemann), which has no length: t = end is its
+/// place.
+struct RaySegment {
+    double delta;         ///< its own optical depth, > 0
+    double t, end;        ///< along the ray, voxels
+    Vec3d p_begin, p_end; ///< corner coordinates
+    int cell[3];          ///< the voxel that holds its middle, lowest corner
+};
+
+/// What an observer learns of one light in one segment.
+struct SeenLight {
+    std::size_t light;
+    Vec3d from_light;     ///< Shading::from_light
+    double transmittance; ///< mean from the light to the segment, weighted by what the ray sees
+    Vec3d radiance;       ///< added to RaySample::radiance
+};
+/// What an observer learns of one segment.
+struct SeenSegment {
+    const MarchScene& scene; ///< of the level of detail that the segment lies in
+    const RaySegment& segment;
+    const Shading& shading;
+    double transmittance; ///< from the ray's origin to the segment; for a sum to behind the sample
+    double weight;        ///< share of the pixel that shows this segment
+    std::vector<SeenLight> lights; ///< those of which the segment reflects something
+    Vec3d ambient;                 ///< radiance added for RenderParams::ambient
+};
+using RayObserver = std::function<void(const SeenSegment&)>;
+
+/// One light along one camera ray, from segment to segment.
+struct LightOnRay {
+    /// Optical depth to the light at the end of the last segment, if that segment needed it.
+    std::optional<double> depth_at_end;
+    /// What the sweep said without marching, and where on the ray.
+    struct Approximate {
+        double t, transmittance;
+        bool fine; ///< the sweep could have been asked for more
+    };
+    std::optional<Approximate> approximate;
+};
+
+/// What a thread keeps while it traces rays. Each thread has its own.
+struct RayScratch {
+    RayCounts counts;
+    std::vector<Vec3d> light_radiance;     ///< by light: its part of RaySample::radiance; with aovs
+    const RayObserver* observer = nullptr; ///< called for each segment, if set
+
+    // From segment to segment of one ray:
+    std::vector<LightOnRay> lights;
+    double last_end = 0; ///< where the last segment ended
+    Shading shading;     ///< of the segment at hand
+
+    /// Forgets the segments of the last ray, not its counts and sums.
+    void startRay(std::size_t light_count);
+};
+
+/// Adds a segment with the shading in `scratch.shading` to the sample, behind what that has seen.
+///
+/// Exact: the light in it is taken as linear in optical depth from its begin to its end (MODEL
+/// section 3). Sums: the printed sum (4), whose sample is attenuated by its own optical depth.
+void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& sample,
+                RayScratch& scratch);
+
+/// Optical depth from p (corner coordinates), in voxel `cell` or on its faces, to a light: swept if
+/// the sweep is used and knows it, otherwise along a ray. 0 at the light itself.
+double depthToLight(const MarchScene& scene, std::size_t light, const int* cell, const Vec3d& p,
+                    RayCounts& counts);
+
+/// (1 - e^-x) / x e^-a without overflow, 1 at a = x = 0: the light of a segment of optical depth
+/// delta, over delta, if the optical depth to the light goes linearly from a to a + x - delta.
+double segmentLight(double a, double x);
+
+} // namespace volcomp

@@ -1,0 +1,96 @@
+#include "volcomp/render/march/shading.h"
+
+#include <cmath>
+
+namespace volcomp {
+namespace {
+
+// The direction against the density's gradient (central differences): unit length, world axes; zero
+// if the density is flat.
+Vec3d gradientNormal(const VoxelTree& tree, const int* c)
+{
+    const Vec3d g(tree.density(c[0] - 1, c[1], c[2]) - tree.density(c[0] + 1, c[1], c[2]),
+                  tree.density(c[0], c[1] - 1, c[2]) - tree.density(c[0], c[1] + 1, c[2]),
+                  tree.density(c[0], c[1], c[2] - 1) - tree.density(c[0], c[1], c[2] + 1));
+    const double length = g.length();
+    return length > 0 ? tree.directionToWorld(g / length) : Vec3d(0.0);
+}
+
+// A part's particles in a voxel as they are shaded.
+struct ShadedPart {
+    const VoxelContent& content;
+    const Material& material;
+    const Lobe& lobe;
+    Vec3d normal; ///< of the density's gradient, if that is wanted and known; else zero
+    double share; ///< of what the ray sees in the segment
+};
+
+Reflection reflection(const ShadedPart& part, const Vec3d& V, const Vec3d& L)
+{
+    if (part.content.directed)
+        return part.material.kind == MaterialKind::fibre
+            ? reflectFibre(part.lobe, part.content.direction, V, L)
+            : reflectSurface(part.lobe, part.content.direction, V, L);
+    return part.normal.lengthSqr() > 0 ? reflectSided(part.lobe, part.normal, V, L)
+                                       : reflectIsotropic(part.lobe);
+}
+
+void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart& part,
+               const Vec3d& p, const Vec3d& V, Shading& shading)
+{
+    const VoxelContent& content = part.content;
+    const Material& material = part.material;
+    if (scene.params.aovs) {
+        shading.albedo += part.share * material.alpha * content.colour;
+        shading.normal += (content.direction.dot(V) < 0 ? -part.share : part.share)
+            * (content.directed ? content.direction : part.normal);
+    }
+    shading.ambient += part.share * material.alpha * content.colour * scene.params.ambient;
+    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+        // Distances are in voxels here; the weight of a point light needs them in world units.
+        Illumination in = illuminate(scene.grid_lights[l], p, 0.5);
+        if (scene.lights[l].kind != LightKind::directional)
+            in.weight /= scene.tree.voxelSize() * scene.tree.voxelSize();
+        if (!(in.weight > 0)) continue;
+        const Vec3d L = scene.tree.directionToWorld(in.L);
+        if (scene.params.shadows != Shadows::none)
+            in.weight *= scene.tree.scatterRatio(seen.leaf, seen.voxel, V, L);
+        const Reflection f = reflection(part, V, L);
+        shading.from_light[l] +=
+            (f.diffuse * content.colour + f.specular * material.specular_colour)
+            * scene.lights[l].strength * (in.weight * part.share);
+    }
+}
+
+} // namespace
+
+void Shading::start(std::size_t lights)
+{
+    ambient = albedo = normal = Vec3d(0.0);
+    from_light.assign(lights, Vec3d(0.0));
+    voxels.clear();
+}
+
+void shadeVoxel(const MarchScene& scene, const SeenVoxel& seen, const Vec3d& p, const Vec3d& V,
+                Shading& shading)
+{
+    if (shading.keep_voxels) shading.voxels.push_back(seen);
+    const VoxelTree& tree = scene.tree;
+    const auto factor = [&](const VoxelContent& content) {
+        return scene.fibre ? tree.fibreFactor(content, V) : 1.0;
+    };
+    double total = 0;
+    tree.contents(seen.leaf, seen.voxel,
+                  [&](const VoxelContent& content) { total += content.density * factor(content); });
+    if (!(total > 0)) return;
+    const bool gradient = scene.params.undirected == Undirected::gradient;
+    tree.contents(seen.leaf, seen.voxel, [&](const VoxelContent& content) {
+        const ShadedPart part{
+            content, scene.materials[content.part], scene.lobe(content.part, content.spread_code),
+            gradient && !content.directed ? gradientNormal(tree, seen.cell) : Vec3d(0.0),
+            seen.share * content.density * factor(content) / total};
+        shadePart(scene, seen, part, p, V, shading);
+    });
+}
+
+} // namespace volcomp
