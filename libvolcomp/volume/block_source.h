@@ -27,7 +27,7 @@ namespace volcomp {
 using VoxelMask = std::array<std::uint64_t, 8>;
 
 /// One material of a source.
-struct SourcePart {
+struct PartInfo {
     std::string material; ///< empty if a foreign file names none
     MaterialKind kind = MaterialKind::fibre;
     std::string grid; ///< name of its density, for messages
@@ -67,7 +67,7 @@ class BlockSource {
 public:
     virtual ~BlockSource() = default;
 
-    const std::vector<SourcePart>& parts() const { return m_parts; } ///< at least one
+    const std::vector<PartInfo>& parts() const { return m_parts; } ///< at least one
     /// Index space to world; the same for all parts. Linear, or the constructor of the source or of
     /// the reader throws.
     const openvdb::math::Transform& transform() const { return *m_transform; }
@@ -85,7 +85,7 @@ public:
     virtual void take(const openvdb::Coord& block, BlockVoxels& voxels) const = 0;
 
 protected:
-    BlockSource(std::vector<SourcePart> parts, openvdb::math::Transform::ConstPtr transform)
+    BlockSource(std::vector<PartInfo> parts, openvdb::math::Transform::ConstPtr transform)
         : m_parts(std::move(parts)), m_transform(std::move(transform))
     {
     }
@@ -95,7 +95,7 @@ protected:
     BlockSource& operator=(BlockSource&&) = delete;
 
 private:
-    std::vector<SourcePart> m_parts;
+    std::vector<PartInfo> m_parts;
     openvdb::math::Transform::ConstPtr m_transform;
 };
 

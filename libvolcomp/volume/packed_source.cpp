@@ -10,10 +10,10 @@ namespace {
 
 using openvdb::Coord;
 
-std::vector<SourcePart> partsOf(const PackedVolume& volume)
+std::vector<PartInfo> partsOf(const PackedVolume& volume)
 {
     if (volume.parts.empty()) throw Error("the volume has no parts: there is nothing to render");
-    std::vector<SourcePart> parts;
+    std::vector<PartInfo> parts;
     for (const PackedPart& part : volume.parts)
         parts.push_back({part.material, part.kind, "density of " + part.material,
                          part.has_direction, part.has_colour, part.has_scatter_ratio,

@@ -21,9 +21,9 @@ constexpr VoxelMask kAllVoxels = [] {
     return mask;
 }();
 
-std::vector<SourcePart> partsOf(const Volume& volume)
+std::vector<PartInfo> partsOf(const Volume& volume)
 {
-    std::vector<SourcePart> parts;
+    std::vector<PartInfo> parts;
     for (const VolumePart& part : volume.parts)
         parts.push_back({part.material, part.kind, part.density->getName(),
                          part.direction != nullptr, part.colour != nullptr,

@@ -43,7 +43,7 @@ int countOf(const VoxelMask& mask)
     return count;
 }
 
-Error badDensity(const SourcePart& part, const Coord& leaf, int voxel, float density)
+Error badDensity(const PartInfo& part, const Coord& leaf, int voxel, float density)
 {
     return Error("grid '" + part.grid + "', voxel (" + std::to_string(leaf.x() + (voxel >> 6))
                  + ", " + std::to_string(leaf.y() + (voxel >> 3 & 7)) + ", "
@@ -62,7 +62,7 @@ public:
 
     void run(const Progress& progress)
     {
-        for (const SourcePart& part : m_source.parts()) {
+        for (const PartInfo& part : m_source.parts()) {
             m_tree.m_parts.push_back({part.material, part.kind});
             m_tree.m_is_fibre.push_back(part.kind == MaterialKind::fibre);
         }
@@ -171,7 +171,7 @@ private:
         m_tree.m_records.resize(records);
         m_tree.m_shared.resize(entries);
         if (std::any_of(m_source.parts().begin(), m_source.parts().end(),
-                        [](const SourcePart& part) { return part.has_scatter_ratio; }))
+                        [](const PartInfo& part) { return part.has_scatter_ratio; }))
             m_tree.m_scatter_ratio.resize(records, kHomogeneous);
     }
 
