@@ -1,4 +1,8 @@
-"""What the scenes' generators share: parametric patches, OBJ and PNG files, and noise that depends on its key alone."""
+"""What the scenes' generators share: parametric patches, OBJ and PNG files, and noise.
+
+Noise and random numbers depend on their key alone, so that a generator writes the same files
+whenever it runs.
+"""
 import math
 import struct
 import zlib
@@ -7,7 +11,7 @@ import numpy as np
 
 
 def spline(rows, t):
-    """Catmull-Rom through rows[i] at t = i; t is clamped."""
+    """Returns the Catmull-Rom spline at t, which passes rows[i] at t = i; t is clamped."""
     t = min(max(t, 0.0), len(rows) - 1.0)
     i = min(int(t), len(rows) - 2)
     f = t - i
@@ -28,7 +32,7 @@ def unit(a):
 
 
 def grid(point, uv, nu, nv, flip=False):
-    """Vertices, texture coordinates and faces of a parametric patch of nu x nv quads."""
+    """Returns vertices, texture coordinates and faces of a parametric patch of nu x nv quads."""
     vertices, coordinates, faces = [], [], []
     for j in range(nv + 1):
         for i in range(nu + 1):
@@ -43,20 +47,26 @@ def grid(point, uv, nu, nv, flip=False):
 
 
 def normal(point, s, h):
-    """Unit normal of a parametric patch over the unit square, across its two directions; the normal of grid()'s faces."""
+    """Returns the unit normal of a parametric patch over the unit square: that of grid()'s faces."""
     e = 1e-3
     return unit(cross(sub(point(min(s + e, 1), h), point(max(s - e, 0), h)), sub(point(s, min(h + e, 1)), point(s, max(h - e, 0)))))
 
 
 def superellipse(c, d, power):
-    """Distance from the origin of the curve |x|^power + |y|^power = 1 in the direction (c, d)."""
+    """Returns the distance from the origin to |x|^power + |y|^power = 1 in the direction (c, d)."""
     return (abs(c) ** power + abs(d) ** power) ** (-1 / power)
 
 
 def sleeve(rows, side, s, h, flat, swell):
-    """Point of a garment's sleeve. rows: x, y, z of its axis and its radius, from the left shoulder to the end; side: 1, or -1 for the
-    right one; s in [0, 1] around, from the seam on the inside; h in [0, 1] along; flat: depth as a part of the width; swell(r): the
-    radius there."""
+    """Returns a point of a garment's sleeve.
+
+    rows   x, y, z of its axis and its radius, from the left shoulder to the end
+    side   1 for the left sleeve, -1 for the right one
+    s      in [0, 1] around it, from the seam on the inside
+    h      in [0, 1] along it, from the shoulder
+    flat   its depth divided by its width
+    swell  swell(r) is the radius there instead of r
+    """
     t = h * (len(rows) - 1)
     x, y, z, r = spline(rows, t)
     ax, ay, az, _ = sub(spline(rows, t + 0.01), spline(rows, t - 0.01))
@@ -69,7 +79,8 @@ def sleeve(rows, side, s, h, flat, swell):
 
 
 def lathe(rows, x, z):
-    """Point of a body of revolution about the upright line at (x, z), for grid(); rows: radius and height, from the bottom to the top."""
+    """Returns the function, for grid(), of a body of revolution about the upright line at (x, z).
+    rows: radius and height, from the bottom to the top."""
     def point(s, h):
         r, y = spline(rows, h * (len(rows) - 1))
         return (x + r * math.sin(2 * math.pi * s), y, z + r * math.cos(2 * math.pi * s))
@@ -77,7 +88,8 @@ def lathe(rows, x, z):
 
 
 def tube(rows, radius):
-    """Point of a round tube through rows of (x, y, z), for grid(); it must not run along +z."""
+    """Returns the function, for grid(), of a round tube through rows of (x, y, z). It must not run
+    along +z."""
     def point(s, h):
         t = h * (len(rows) - 1)
         axis = unit(sub(spline(rows, t + 0.01), spline(rows, t - 0.01)))
@@ -88,7 +100,8 @@ def tube(rows, radius):
 
 
 def write_ball(path, radius, comment, across=96, up=48):
-    """A sphere around the origin as an OBJ file; `across` faces around the axis, `up` from pole to pole."""
+    """Writes a sphere around the origin as an OBJ file, with `across` faces around its axis and `up`
+    from pole to pole."""
     with open(path, "w") as f:
         f.write(f"# {comment}\nv 0 {-radius} 0\nv 0 {radius} 0\n")
         for j in range(1, up):
@@ -104,7 +117,7 @@ def write_ball(path, radius, comment, across=96, up=48):
 
 
 def write_obj(path, patches):
-    """An OBJ file of [(name, grid(...))], with texture coordinates."""
+    """Writes [(name, grid(...))] as an OBJ file with texture coordinates."""
     with open(path, "w") as f:
         f.write("# metres\n")
         base = 1
@@ -117,7 +130,7 @@ def write_obj(path, patches):
 
 
 def write_png(path, pixels):
-    """8-bit pixels of shape (height, width) or (height, width, 3)."""
+    """Writes 8-bit pixels of shape (height, width) or (height, width, 3)."""
     def chunk(kind, data):
         body = kind + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
@@ -129,12 +142,12 @@ def write_png(path, pixels):
 
 
 def to_bytes(values):
-    """Values from 0 to 1 as 8-bit pixels."""
+    """Returns values from 0 to 1 as 8-bit pixels."""
     return np.clip(np.rint(255 * values), 0, 255).astype(np.uint8)
 
 
 def random(i, j, key):
-    """Numbers in [0, 1) that depend on the cell and the key alone; arrays in, array out."""
+    """Returns numbers in [0, 1) that depend on the cell (i, j) and the key alone, for arrays of cells."""
     h = (np.asarray(i).astype(np.uint64) * np.uint64(0xBF58476D1CE4E5B9)) ^ (np.asarray(j).astype(np.uint64) * np.uint64(0x94D049BB133111EB))
     h = h + np.uint64(key * 0x9E3779B97F4A7C15 & 2 ** 64 - 1)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
@@ -143,13 +156,13 @@ def random(i, j, key):
 
 
 def smoothstep(a, b, x):
-    """0 at a, 1 at b, smooth between; arrays in, array out."""
+    """Returns 0 at a, 1 at b and a smooth curve between them, for arrays."""
     t = np.clip((x - a) / (b - a), 0, 1)
     return t * t * (3 - 2 * t)
 
 
 def noise(x, y, key):
-    """Value noise with features of length 1, 0 to 1."""
+    """Returns value noise from 0 to 1, whose features have a length of 1."""
     i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
     f, g = smoothstep(0, 1, x - i), smoothstep(0, 1, y - j)
     low = random(i, j, key) * (1 - f) + random(i + 1, j, key) * f

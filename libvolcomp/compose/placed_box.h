@@ -4,8 +4,9 @@
 
 #include <functional>
 
+#include "volcomp/compose/box_kernel.h"
 #include "volcomp/compose/box_source.h"
-#include "volcomp/place/scatter.h"
+#include "volcomp/place/placement.h"
 #include "volcomp/compose/tile_accumulator.h"
 #include "volcomp/compose/voxel_tint.h"
 
@@ -27,7 +28,8 @@ public:
              TileAccumulator& tile) const;
 
 private:
-    struct InTile;
+    friend class BoxTint;
+    BoxInTile inTile(const openvdb::Coord& tile_origin, float weight) const;
     Vec3d mapped(const Vec3f& p) const;  ///< a vector of the box's voxels
     Vec3d span(const Vec3f& half) const; ///< half extents of a box along the target's axes
     Vec3d worldOf(const Vec3f& p) const; ///< of a place in the box's voxels
@@ -42,6 +44,19 @@ private:
     float m_width;   ///< edge of the cube that is added for each voxel (or each part of it)
     float m_density; ///< factor from the box's density to the density added where the cube covers a
                      ///< voxel fully
+};
+
+/// Looks up the colour of a voxel tint at the voxels of one placed box. All must outlive it.
+class BoxTint {
+public:
+    BoxTint(const PlacedBox& box, const VoxelTint& tint);
+
+    /// Multiplies the sum of the box's voxel `voxel` by the colour at its place.
+    void apply(std::uint32_t voxel, VoxelSum& sum);
+
+private:
+    const PlacedBox& m_box;
+    TintWalk m_walk;
 };
 
 /// Calls `visit` for the tiles that a box reaches. `what` names it in the Error for a place beyond

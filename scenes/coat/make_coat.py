@@ -1,15 +1,25 @@
 #!/usr/bin/python3
-"""Makes the fur coat's surfaces and maps: a garment with sleeves, a shawl collar and an open front, on a tailor's dummy.
+"""Makes the fur coat's surfaces and maps: a garment with sleeves, a shawl collar and an open
+front, on a tailor's dummy.
 
     make_coat.py DIR
 
-writes DIR/coat.obj (body and sleeves), lining.obj, collar.obj, dummy.obj (covered with linen), wood.obj (its neck and its pole),
-wall.obj behind it, and wall.png, the light that falls off towards the wall's edges. The maps of the body's texture space, which is in
-metres divided by the size of the sheet, so that nothing is stretched, are
-    spots.png   colour: leopard rosettes on a ground that pales towards the hem and the front edges
-    cuffs.png   second density: 1 on the cuffs and the hem, 0 elsewhere
-    body.png    second density: the rest
-Units are metres, the hem is at y = 0, the front looks along +z. Everything follows from the numbers below; no random state.
+writes the surfaces
+    DIR/coat.obj     body and sleeves
+    DIR/lining.obj, DIR/collar.obj
+    DIR/dummy.obj    the dummy, which is covered with linen
+    DIR/wood.obj     its neck and its pole
+    DIR/wall.obj     the wall behind it
+and the maps
+    DIR/wall.png     the wall's colour, which becomes darker towards the edges
+    DIR/spots.png    the coat's colour: a leopard's rosettes on a ground that becomes paler towards
+                     the hem and the front edges
+    DIR/cuffs.png    second density: 1 on the cuffs and the hem, 0 elsewhere
+    DIR/body.png     second density: 1 on the rest
+The last three lie in the body's texture space, which is in metres divided by the size of the sheet,
+so that nothing is stretched.
+Units are metres, the hem is at y = 0 and the front looks along +z. The files are the same in every
+run.
 """
 import math
 import os
@@ -25,7 +35,8 @@ SHEET = (2.3, 1.4)     # size of the texture sheet, metres
 TORSO_WIDTH = 1.68     # its part for the torso; the sleeves lie above each other beside it
 PIXEL = 0.002          # metres a pixel of the maps
 
-# height, half width (x), half depth (z), exponent of the superellipse, half width of the front opening
+# height, half width (x), half depth (z), exponent of the superellipse, half width of the opening in
+# front
 PROFILE = [
     (0.00, 0.350, 0.285, 2.0, 0.105),
     (0.30, 0.318, 0.250, 2.0, 0.080),
@@ -55,7 +66,8 @@ WALL_Z = -0.75
 
 
 def torso(s, h):
-    """Point of the torso; s in [0, 1] from the right front edge around the back to the left one, h in [0, 1] from hem to neck."""
+    """Returns a point of the torso; s in [0, 1] from the right front edge around the back to the left
+    one, h in [0, 1] from the hem to the neck."""
     y, a, b, n, gap = spline(PROFILE, h * (len(PROFILE) - 1))
     start = gap / a                                    # angle of the opening's edge, measured from the front
     angle = start + s * (2 * math.pi - 2 * start)
@@ -66,7 +78,7 @@ def torso(s, h):
 
 
 def lining(s, h):
-    """Point of the lining, below the roots of tufts that lean."""
+    """Returns a point of the lining, which lies below the roots of leaning tufts."""
     h = 0.006 + 0.980 * h
     return add(torso(s, h), mul(normal(torso, s, h), -0.016))
 
@@ -83,13 +95,15 @@ def wall(s, h):
 
 
 def sleeve_point(side, s, h):
-    """Point of a sleeve; s in [0, 1] around, h in [0, 1] from the shoulder to the cuff; side is 1 or -1."""
+    """Returns a point of a sleeve; s in [0, 1] around it, h in [0, 1] from the shoulder to the cuff;
+    side is 1 or -1."""
     wrinkle = 1 + 0.03 * math.exp(-((h - 0.55) / 0.12) ** 2) * math.sin(70 * h + 2 * math.cos(2 * math.pi * s))
     return sleeve(SLEEVE, side, s, h, 0.92, lambda r: r * wrinkle)
 
 
 def collar(t, w):
-    """Point of the shawl collar; t in [0, 1] along it from the right chest around the neck to the left chest, w in [0, 1] outwards."""
+    """Returns a point of the shawl collar; t in [0, 1] along it, from the right chest around the neck
+    to the left chest, w in [0, 1] outwards."""
     e = abs(2 * t - 1)                                 # 1 at the chest, 0 behind the neck
     side = -1 if t > 0.5 else 1
     rise = 0.47 + 0.50 * min(1.0, (1 - e) / 0.62)      # height along the front edge, then along the neck
@@ -110,11 +124,12 @@ def collar(t, w):
     return (p[0], p[1] + lift, p[2])
 
 
-SPACING = 0.066  # of the rosettes, metres
+SPACING = 0.066  # metres between rosettes
 
 
 def rosettes(x, y):
-    """The leopard's pattern at (x, y) metres: how much it is ring, and how much it is inside one."""
+    """Returns the leopard's pattern at (x, y) metres: how much of the place is a ring, and how much is
+    inside one."""
     i, j = np.floor(x / SPACING).astype(np.int64), np.floor(y / SPACING).astype(np.int64)
     ring, inside = np.zeros_like(x), np.zeros_like(x)
     ragged = 0.12 * (noise(x / 0.011, y / 0.011, 9) - 0.5)
@@ -137,9 +152,10 @@ def rosettes(x, y):
 
 def maps(out):
     width, height = int(SHEET[0] / PIXEL), int(SHEET[1] / PIXEL)
-    x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL, SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
+    x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL,
+                       SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
     rag = noise(x / 0.02, y / 0.02, 3) - 0.5
-    along = (y % 0.7) / 0.7                            # of a sleeve: 0 at the shoulder, 1 at the cuff
+    along = (y % 0.7) / 0.7                            # on a sleeve: 0 at the shoulder, 1 at the cuff
     torso_part = x < TORSO_WIDTH
     trim = np.where(torso_part, 1 - smoothstep(0.050, 0.062, y + 0.006 * rag), smoothstep(0.855, 0.870, along + 0.01 * rag))
     pale = np.where(torso_part, 0.55 * (1 - smoothstep(0, 0.30, np.minimum(x, TORSO_WIDTH - x))), 0.25 * along)

@@ -1,14 +1,22 @@
 #!/usr/bin/python3
-"""Makes the land of the scene forest and the coarse maps of where what grows.
+"""Makes the land of the scene forest, and coarse maps that say where each plant grows.
 
     make_forest.py DIR
 
-writes DIR/land.obj, a height field as far as the camera sees; DIR/roots.obj, the same with every normal upright, because trees
-grow upright on a slope; haze.obj, a row of sheets across the view, which the scene makes nearly clear; sky.obj, a screen behind the
-last hill, and sky.png, the clouds painted on it. The other maps are ground.png, the ground's colours (soil, moss, grass); autumn.png,
-what the season does to the colour of each broadleaf; and the second densities meadow, oak, birch, spruce, dead and bush (.png): they
-are 256 x 256 and cover x from -160 to 160, z from -340 to -20, in strokes that a brush could have painted.
-Units are metres, y is up, the camera stands 45 m behind the origin, on a hill, and looks along -z. Everything follows from the numbers below.
+writes the surfaces
+    DIR/land.obj    a height field as far as the camera sees
+    DIR/roots.obj   the same with every normal upright, because trees grow upright on a slope
+    DIR/haze.obj    a row of sheets across the view, which the scene makes almost clear
+    DIR/sky.obj     a screen behind the last hill
+and the maps
+    DIR/sky.png     the clouds that are painted on the screen
+    DIR/ground.png  the ground's colours: soil, moss and grass
+    DIR/autumn.png  what the season does to the colour of each broadleaf tree
+    DIR/meadow.png, oak.png, birch.png, spruce.png, dead.png, bush.png
+                    second densities of 256 x 256 pixels, in strokes that a brush could have
+                    painted; they cover x from -160 to 160 and z from -340 to -20
+Units are metres, y is up; the camera stands on a hill 45 m behind the origin and looks along -z. The
+files are the same in every run.
 """
 import math
 import os
@@ -21,15 +29,15 @@ from making import grid, noise, random, smoothstep, to_bytes, write_obj, write_p
 
 LOW, SIZE = (-160.0, -340.0), 320.0
 NEAR, FAR = 22.0, 340.0
-HALF_ANGLE = 20.5      # of the wedge that is made, degrees
-BACK = 45.0            # from the camera to the origin
+HALF_ANGLE = 20.5      # degrees; of the wedge of land that is made
+BACK = 45.0            # distance from the camera to the origin
 MAP = 256
 EYE = 25.0             # height of the camera
 SKY = 420.0            # distance of the screen that the sky is painted on
 HAZE = (128, 158, 192, 230, 272, 318)
 
 
-TREES = [  # that stand in the meadow: what, x, distance, radius
+TREES = [  # those in the meadow: kind, x, distance, radius
     ("bush", -15, 48, 4), ("bush", 14, 56, 5), ("oak", -20, 66, 4.5), ("birch", 21, 56, 3.5), ("oak", 27, 80, 5), ("birch", 9, 90, 5),
     ("birch", -6, 98, 4), ("spruce", -27, 82, 5), ("dead", -29, 74, 3.0), ("dead", 33, 84, 3.0), ("spruce", 24, 66, 3.0)]
 
@@ -39,8 +47,9 @@ def height(x, z):
     h = 30 * smoothstep(95, 250, d) + 16 * smoothstep(230, 340, d)
     h = h + (8 * np.sin(x / 37 + 0.9) + 4 * np.sin(x / 17 + d / 50)) * smoothstep(90, 200, d)
     h = h + 4 * np.sin(d / 26 + x / 56 + 2.2) * smoothstep(100, 160, d)
-    h = h + 20 * np.exp(-(((x + 62) / 48) ** 2 + ((d - 300) / 60) ** 2))                   # a summit on the left
-    h = h + 8 * smoothstep(0.14, 0.5, np.abs(x + 0.05 * d) / (d + 10)) * smoothstep(40, 90, d)      # the valley's sides
+    # A summit on the left, then the sides of the valley.
+    h = h + 20 * np.exp(-(((x + 62) / 48) ** 2 + ((d - 300) / 60) ** 2))
+    h = h + 8 * smoothstep(0.14, 0.5, np.abs(x + 0.05 * d) / (d + 10)) * smoothstep(40, 90, d)
     return h + 0.35 * np.sin(x / 4.3 + d / 9) * np.sin(d / 5.1 + 1) - 1.2 * np.exp(-((x - 6 * np.sin(d / 22)) / 7) ** 2) * smoothstep(130, 60, d)
 
 
@@ -62,7 +71,8 @@ def write_land(path, upright, across=150, along=260):
 
 
 def screen(d, low):
-    """An upright sheet across the camera's view at a distance, from the height `low` up."""
+    """Returns the function, for grid(), of an upright sheet across the camera's view, at a distance
+    and from the height `low` up."""
     half, high = 0.364 * (d + BACK) + 3, EYE + 0.235 * (d + BACK)
     return lambda s, t: (half * (2 * s - 1), low + t * (high - low), -d)
 
@@ -72,8 +82,9 @@ def clouds(x, y):
 
 
 def sky(width=800, height=400):
-    """From the horizon's haze to blue, with fair-weather clouds in perspective."""
-    s, t = np.meshgrid(np.linspace(-0.364, 0.364, width), np.linspace(0.235, -0.01, height))   # tangents of the angles from the view's axis
+    """Returns the sky from the haze at the horizon to blue, with fair-weather clouds in perspective."""
+    # tangents of the angles from the view's axis
+    s, t = np.meshgrid(np.linspace(-0.364, 0.364, width), np.linspace(0.235, -0.01, height))
     rise = np.maximum(t - 0.06, 0)
     x, y = s / (rise + 0.10) * 2.2 + 7, 0.85 / (rise + 0.10)
     here, sunwards = clouds(x, y * 1.6), clouds(x - 0.16, y * 1.6 - 0.10)
@@ -95,12 +106,14 @@ def main():
     d = -z
     rough = noise(x / 17, z / 17, 1) - 0.5
     side = np.abs(x + 0.05 * d + 5 * np.sin(d / 25))
-    glade = smoothstep(0.22 * d + 13, 0.22 * d + 3, side + 10 * rough) * smoothstep(112, 94, d + 22 * rough)      # the meadow before the forest
+    # The meadow before the forest, then clearings on the slope.
+    glade = smoothstep(0.22 * d + 13, 0.22 * d + 3, side + 10 * rough) \
+        * smoothstep(112, 94, d + 22 * rough)
     glade = np.maximum(glade, smoothstep(52, 46, d + 6 * rough))
-    for cx, cd, r in ((48, 178, 15), (-30, 226, 17), (30, 282, 14)):                                       # clearings on the slope
+    for cx, cd, r in ((48, 178, 15), (-30, 226, 17), (30, 282, 14)):
         glade = np.maximum(glade, smoothstep(r + 4, r - 5, np.hypot(x - cx, (d - cd) * 0.7) + 8 * rough))
     wood = 1 - glade
-    high = smoothstep(105, 240, d + 80 * (noise(x / 60, z / 60, 2) - 0.5))                                     # conifers climb
+    high = smoothstep(105, 240, d + 80 * (noise(x / 60, z / 60, 2) - 0.5))  # where conifers grow
     patch = smoothstep(0.35, 0.65, noise(x / 34, z / 34, 3))
     edge = glade * smoothstep(0.02, 0.4, 1 - glade) * 1.0
     maps = {
@@ -112,7 +125,7 @@ def main():
         "dead": np.clip(wood * 0.09 * high, 0, 1),
     }
     for name, cx, cd, r in TREES:
-        maps[name] = np.maximum(maps[name], smoothstep(r, r - 2, np.hypot(x - cx, d - cd)))                    # trees in the meadow
+        maps[name] = np.maximum(maps[name], smoothstep(r, r - 2, np.hypot(x - cx, d - cd)))
     for name, value in maps.items():
         write_png(os.path.join(out, name + ".png"), to_bytes(value[::-1]))
 
@@ -122,8 +135,10 @@ def main():
     floor = soil + (moss - soil) * damp
     open_land = grass + (soil - grass) * bare * 0.7
     write_png(os.path.join(out, "ground.png"), to_bytes(floor + (open_land - floor) * glade[..., None])[::-1])
-    turned = 0.7 * smoothstep(0.40, 0.75, noise(x / 45, z / 45, 8)) + 0.5 * random(*np.indices(x.shape), 9) ** 2    # each tree in its time
-    green, gold = np.array([0.60, 0.60, 0.60]), np.array([1.45, 0.80, 0.45])                                        # factors on colours
+    # How far each tree has turned, and the factors on the colours of its leaves.
+    turned = 0.7 * smoothstep(0.40, 0.75, noise(x / 45, z / 45, 8)) \
+        + 0.5 * random(*np.indices(x.shape), 9) ** 2
+    green, gold = np.array([0.60, 0.60, 0.60]), np.array([1.45, 0.80, 0.45])
     autumn = green + (gold - green) * turned[..., None]
     write_png(os.path.join(out, "autumn.png"), to_bytes((autumn / 1.5) ** (1 / 2.2))[::-1])
     plain = lambda s, t: (s, t)

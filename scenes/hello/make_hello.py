@@ -1,5 +1,8 @@
 #!/usr/bin/python3
-"""Makes the ball of the scene hello: make_hello.py DIR writes DIR/ball.obj, a sphere of radius 6 cm around the origin."""
+"""Makes the ball of the scene hello: make_hello.py DIR writes
+
+    DIR/ball.obj   a sphere of radius 6 cm around the origin
+"""
 import os
 import sys
 

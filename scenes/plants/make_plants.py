@@ -1,12 +1,17 @@
 #!/usr/bin/python3
-"""Makes the ground and the distribution maps of the scene plants.
+"""Makes the ground of the scene plants, and coarse maps that say where each plant grows.
 
     make_plants.py DIR
 
-writes DIR/ground.obj, the uneven ground that the camera sees, and coarse maps of where what grows, 96 x 96 over the square
-from (-1.5, -2.2) to (1.5, 0.8) in x and z: shrubs.png, ferns.png, broad.png, daisies.png, poppies.png,
-lupins.png, grass.png. garden.obj is a screen behind the plants; garden.png is what is painted on it, the rest of the garden out of focus.
-Units are metres, y is up, the camera stands at +z. Everything follows from the numbers below; no random state.
+writes the surfaces
+    DIR/ground.obj   the uneven ground that the camera sees
+    DIR/garden.obj   a screen behind the plants
+and the maps
+    DIR/garden.png   what is painted on the screen: the rest of the garden, out of focus
+    DIR/shrubs.png, ferns.png, broad.png, daisies.png, poppies.png, lupins.png, grass.png
+                     second densities of 96 x 96 pixels over the square from (-1.5, -2.2) to
+                     (1.5, 0.8) in x and z
+Units are metres, y is up and the camera stands at +z. The files are the same in every run.
 """
 import math
 import os
@@ -18,7 +23,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from making import grid, noise, random, smoothstep, to_bytes, write_obj, write_png  # noqa: E402
 
 LOW, SIZE = (-1.5, -2.2), 3.0
-FRONT, BACK = 0.62, -1.75          # of the ground, z
+FRONT, BACK = 0.62, -1.75          # z of the ground's edges
 EYE_Z, HALF_ANGLE = 1.55, 26.0     # the ground is a wedge that the camera sees, with a margin
 
 
@@ -47,7 +52,8 @@ def screen(s, t):
 
 
 def garden(width=360, height=190):
-    """Foliage and light between leaves, out of focus: soft discs over a ground that brightens upwards."""
+    """Returns foliage and the light between its leaves, out of focus: soft discs over a ground that
+    becomes brighter upwards."""
     x, y = np.meshgrid(np.linspace(0, 3.6, width), np.linspace(1.9, 0, height))
     high = smoothstep(0.5, 1.7, y + 0.5 * (noise(x / 0.6, y / 0.6, 1) - 0.5))[..., None]
     colour = np.array([0.13, 0.22, 0.10]) * (1 - high) + np.array([0.40, 0.52, 0.26]) * high
@@ -60,7 +66,7 @@ def garden(width=360, height=190):
     return colour
 
 
-# strokes of the brush: x, z, radius
+# Strokes of the brush: x, z, radius.
 STROKES = {
     "shrubs": [(-1.1, -1.45, 0.45), (-0.3, -1.65, 0.4), (0.5, -1.65, 0.45), (1.25, -1.45, 0.45)],
     "ferns": [(-0.72, -0.30, 0.20), (-0.95, -0.78, 0.34), (-0.45, -1.15, 0.40), (0.45, -1.15, 0.42), (1.02, -0.85, 0.36), (0.0, -1.3, 0.3)],

@@ -1,15 +1,24 @@
 #!/usr/bin/python3
-"""Makes the bathrobe's surfaces and maps: wrapped in front, closed by a belt with a bow, with wide sleeves and a shawl collar, on a hanger.
+"""Makes the bathrobe's surfaces and maps. It hangs on a hanger and is wrapped in front; it has
+wide sleeves, a shawl collar and a belt that is tied in a bow.
 
     make_robe.py DIR
 
-writes DIR/robe.obj (body and sleeves), trim.obj (collar and turned-up cuffs), belt.obj, wood.obj (hanger and peg), hook.obj, wall.obj,
+writes the surfaces
+    DIR/robe.obj      body and sleeves
+    DIR/trim.obj      collar and turned-up cuffs
+    DIR/belt.obj
+    DIR/wood.obj      hanger and peg
+    DIR/hook.obj, DIR/wall.obj
 and the maps
-    pattern.png   colour of the robe: woven stripes, and a border of lozenges at the hem and the sleeves' ends; its texture space is in
-                  metres divided by the size of the sheet
-    ribs.png      factor on the size of loops: the ribs of collar, cuffs and belt, one period across
-    wall.png      colour of the wall: tiles, darker towards its edges
-Units are metres, the hem is at y = 0, the front looks along +z. Everything follows from the numbers below; no random state.
+    DIR/pattern.png   colour of the robe: woven stripes, and a border of lozenges at the hem and at
+                      the ends of the sleeves; its texture space is in metres divided by the size of
+                      the sheet
+    DIR/ribs.png      factor on the size of loops: the ribs of collar, cuffs and belt, one period
+                      across
+    DIR/wall.png      colour of the wall: tiles that become darker towards its edges
+Units are metres, the hem is at y = 0 and the front looks along +z. The files are the same in every
+run.
 """
 import math
 import os
@@ -26,7 +35,8 @@ TORSO_WIDTH = 1.90     # its part for the body; the sleeves lie above each other
 PIXEL = 0.001          # metres a pixel of the pattern
 BELT = 0.505           # height of the belt's middle
 
-# height, half width (x), half depth (z), exponent of the superellipse, x where the upper front edge lies (it crosses over below the chest)
+# height, half width (x), half depth (z), exponent of the superellipse, x of the upper front edge,
+# which crosses over below the chest
 PROFILE = [
     (0.00, 0.315, 0.250, 2.0, -0.150),
     (0.22, 0.295, 0.230, 2.0, -0.140),
@@ -55,14 +65,15 @@ def smooth(a, b, x):
 
 
 def profile(y):
-    """The profile's row at a height."""
+    """Returns the profile's row at a height."""
     i = max(k for k in range(len(PROFILE) - 1) if PROFILE[k][0] <= max(y, 0.0) or k == 0)
     y0, y1 = PROFILE[i][0], PROFILE[i + 1][0]
     return (y,) + spline(PROFILE, i + min(max((y - y0) / (y1 - y0), 0.0), 1.0))[1:]
 
 
 def torso(s, y):
-    """Point of the body; s in [0, 1] from the upper front edge around the wearer's left side and the back to the lower front edge."""
+    """Returns a point of the body; s in [0, 1] from the upper front edge around the wearer's left side
+    and the back to the lower front edge."""
     _, a, b, n, edge = profile(y)
     start = edge / a                                   # angle from the front; below 0 it has crossed over
     angle = start + s * (2 * math.pi - 2 * start)
@@ -72,7 +83,7 @@ def torso(s, y):
     fold += 0.012 * smooth(0.55, 0.66, y) * smooth(0.95, 0.8, y) * math.sin(6 * angle + 9 * y)
     c, d = math.sin(angle), math.cos(angle)
     r = superellipse(c, d, n) * fold
-    over = 0.020 * (1 - smooth(0, 0.5, angle - start)) * smooth(0.93, 0.80, y)   # the upper front lies before the lower one
+    over = 0.020 * (1 - smooth(0, 0.5, angle - start)) * smooth(0.93, 0.80, y)  # upper front
     under = 0.006 * smooth(2 * math.pi - 0.6, 2 * math.pi, angle) * smooth(0.93, 0.80, y)
     return (a * r * c, y, (b + over - under) * r * d)
 
@@ -83,21 +94,23 @@ def torso_normal(s, y):
 
 
 def sleeve_point(side, s, h, grow=0.0):
-    """Point of a sleeve; s in [0, 1] around, h in [0, 1] from the shoulder to its end; side is 1 or -1."""
+    """Returns a point of a sleeve; s in [0, 1] around it, h in [0, 1] from the shoulder to its end;
+    side is 1 or -1."""
     angle = 2 * math.pi * s
     wrinkle = 1 + 0.045 * math.exp(-((h - 0.5) / 0.2) ** 2) * math.sin(34 * h + 2 * math.cos(angle + 0.4)) + 0.04 * h * math.sin(3 * angle + 0.7)
     return sleeve(SLEEVE, side, s, h, 0.80, lambda r: (r + grow) * wrinkle)
 
 
 def cuff(side, s, w):
-    """Point of a turned-up cuff; w in [0, 1] from its upper edge over its end to the inside."""
+    """Returns a point of a turned-up cuff; w in [0, 1] from its upper edge over its end inwards."""
     h = min(0.80 + 0.235 * w, 1.0)
     grow = 0.017 * math.sqrt(max(0.0, 1 - max(0.0, (w - 0.85) / 0.15) ** 2)) * smooth(-0.02, 0.05, w)
     return sleeve_point(side, s, h, grow)
 
 
 def collar(t, w):
-    """Point of the shawl collar; t in [0, 1] along it from the wearer's left waist around the neck to the right, w in [0, 1] outwards."""
+    """Returns a point of the shawl collar; t in [0, 1] along it, from the wearer's left waist around
+    the neck to the right one, w in [0, 1] outwards."""
     e = abs(2 * t - 1)                                 # 1 at the waist, 0 behind the neck
     y = (BELT - 0.03) + (1.035 - BELT + 0.03) * min(1.0, (1 - e) / 0.68)
     around = smooth(0.55, 1.0, 1 - e)                  # 0 on the front edge, 1 behind the neck
@@ -115,7 +128,8 @@ def collar(t, w):
 
 
 def band(path, width, thick, normal, tapered, power=3.0):
-    """Point of a padded band along path(t): a rounded cross-section, `width` across and `thick` along normal(t); its ends drawn together if tapered."""
+    """Returns the function, for grid(), of a padded band along path(t). Its cross-section is rounded,
+    `width` across and `thick` along normal(t). If `tapered`, its ends are drawn together."""
     def point(s, t):
         e = 1e-3
         tangent = unit(sub(path(min(t + e, 1.0)), path(max(t - e, 0.0))))
@@ -125,13 +139,16 @@ def band(path, width, thick, normal, tapered, power=3.0):
         angle = 2 * math.pi * s
         c, d = math.cos(angle), math.sin(angle)
         r = superellipse(c, d, power)
-        cap = math.sqrt(max(0.01, 1 - max(0.0, abs(2 * t - 1) - 0.97) ** 2 / 0.03 ** 2)) if tapered else 1  # not to a point: faces keep an area
+        cap = 1
+        if tapered:  # not to a point, so that faces keep an area
+            cap = math.sqrt(max(0.01, 1 - max(0.0, abs(2 * t - 1) - 0.97) ** 2 / 0.03 ** 2))
         return add(path(t), add(mul(b, width / 2 * r * c * cap), mul(n, thick / 2 * r * d * cap)))
     return point
 
 
 def belt_parts():
-    """The band around the waist, the knot and the two hanging ends: (point, length in metres, quads along)."""
+    """Returns the loops of the bow, the band around the waist, the knot and the two hanging ends, each
+    as (point, length in metres, quads along it)."""
     def waist(t):
         angle = 2 * math.pi * t
         _, a, b, n, _ = profile(BELT)
@@ -144,7 +161,7 @@ def belt_parts():
         return unit((p[0], 0.0, p[2] * 1.6))
 
     knot_x, knot_z = -0.030, 0.209
-    def knot(t):                                       # a turn around the band, leaning
+    def knot(t):  # a turn around the band, which leans
         angle = 2 * math.pi * t
         return (knot_x + 0.014 * math.sin(angle), BELT + 0.002 + 0.046 * math.cos(angle), knot_z + 0.016 + 0.034 * math.sin(angle))
 
@@ -158,7 +175,7 @@ def belt_parts():
                 (knot_x + 1.1 * dx, BELT - length, knot_z + 0.072 + z)]
         return lambda t: spline(rows, t * 4)
 
-    def bow(dx, drop):                                 # out in front, back behind
+    def bow(dx, drop):  # goes out in front and comes back behind
         rows = [(0.0, 0.006, 0.030), (0.45 * dx, 0.022, 0.052), (0.88 * dx, -0.3 * drop, 0.048), (dx, -drop, 0.022),
                 (0.85 * dx, -drop, 0.004), (0.40 * dx, -0.3 * drop, 0.008), (0.0, 0.0, 0.010)]
         return lambda t: add((knot_x, BELT, knot_z), spline(rows, t * 6))
@@ -177,9 +194,11 @@ BLUE, WHITE, RUST = np.array([[0.20, 0.42, 0.55], [0.93, 0.89, 0.80], [0.72, 0.3
 
 
 def pattern():
-    """Vertical stripes; a border of lozenges from 0.05 to 0.21 m above the hem, and over the last of each sleeve."""
+    """Returns vertical stripes, with a border of lozenges from 0.05 to 0.21 m above the hem and at the
+    end of each sleeve."""
     width, height = int(SHEET[0] / PIXEL), int(SHEET[1] / PIXEL)
-    x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL, SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
+    x, y = np.meshgrid((np.arange(width) + 0.5) * PIXEL,
+                       SHEET[1] - (np.arange(height) + 0.5) * PIXEL)  # v = 0 is the bottom row
     body = x < TORSO_WIDTH
     period = 0.105
     f = (x % period) / period

@@ -14,7 +14,8 @@ from making import write_ball  # noqa: E402
 
 
 def slab(path, near, far, thickness):
-    """A slab below y = 0 that widens like the camera's view; near and far: z and half width of its edges."""
+    """Writes a slab below y = 0 that becomes wider away from the camera, as its view does; near and
+    far: z and half width of its edges."""
     with open(path, "w") as f:
         f.write("# made by make_spheres.py; metres\n")
         for k in range(8):

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/boxes.h"
+#include "tests/support/each_target.h"
 #include "volcomp/base/principal_direction.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/parallel.h"
@@ -213,6 +214,22 @@ TEST(Compose, theBytesAreTheSameForAnyNumberOfThreads)
     }
     EXPECT_TRUE(one == many);
     EXPECT_GT(one.size(), 100000u);
+}
+
+TEST(Compose, theBytesAreTheSameWithEveryInstructionSet)
+{
+    const std::vector<Box> boxes{strands(16, 30, 20, 0.01, 6)};
+    std::vector<Placement> placements;
+    for (int k = 0; k < 30; ++k) placements.push_back(randomPlacement(hashKey(15, k), 0.2));
+    for (const double ratio : {0.4, 0.8, 1.0, 1.7, 3.0}) {
+        std::string first;
+        onEachTarget([&] {
+            const std::string bytes = bytesOf(composed(boxes, placements, voxel(0.01 * ratio)));
+            if (first.empty()) first = bytes;
+            EXPECT_TRUE(bytes == first) << ratio;
+        });
+        EXPECT_GT(first.size(), 10000u);
+    }
 }
 
 TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)

@@ -1,13 +1,15 @@
 #!/usr/bin/python3
-"""Bakes, composes and renders small pictures of the scenes and compares them with those in this folder.
+"""Makes small pictures of the scenes and compares them with those in this folder.
 
     pictures.py check BIN FAILED NAME...   fails if a picture is not the one in this folder, and
-                                           leaves both and their difference in the folder FAILED
+                                           leaves both and their difference in the folder FAILED;
+                                           also fails if a light turned by 2 degrees would pass
     pictures.py renew BIN NAME...          writes the pictures of this folder anew
-    pictures.py measure BIN NAME...        prints what some typical faults change in each picture
+    pictures.py measure BIN NAME...        prints how far some typical faults change each picture
 
-BIN is the folder of volcomp's programs; without a NAME every picture is meant. The exit status is
-77 if a Python module is missing.
+BIN is the folder of volcomp's programs; without a NAME every picture is meant. The scenes are
+baked, composed at coarser voxels and rendered in a temporary folder. The exit status is 77 if a
+Python module is missing.
 """
 import math
 import os
@@ -62,7 +64,8 @@ class Workshop:
         made = os.path.join(folder, "out", picture.maker)
         for script in sorted(os.listdir(os.path.join(self.scenes, picture.maker))):
             if script.startswith("make_") and script.endswith(".py"):
-                run("/usr/bin/python3", "-W", "ignore", os.path.join(self.scenes, picture.maker, script), made)
+                script = os.path.join(self.scenes, picture.maker, script)
+                run("/usr/bin/python3", "-W", "ignore", script, made)
 
     def scene(self, name=None):
         return os.path.join(self.scenes, (name or self.picture.scene) + ".toml")
@@ -105,7 +108,8 @@ def run(*command):
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True,
                           env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
     if done.returncode:
-        raise SystemExit(f"{' '.join(map(str, command))}\nended with {done.returncode}\n{done.stdout}{done.stderr}")
+        raise SystemExit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n"
+                         + done.stdout + done.stderr)
 
 
 def read(file):
@@ -168,13 +172,11 @@ def widen_highlight(shop):
 
 def lift_boxes(shop):
     """Moves the boxes of the first layer along the normals by one voxel of the volume."""
-    def change(match):
-        return "[[layer]]\noffset = %g" % (float(match.group(1) or 0) + shop.picture.voxel)
-    layer = shop.text().split("[[layer]]")[1].split("\n[[")[0]
-    if "offset" in layer:
-        shop.edit(r"^offset = ([0-9.]+)", lambda m: "offset = %g" % (float(m.group(1)) + shop.picture.voxel))
+    voxel = shop.picture.voxel
+    if "offset" in shop.text().split("[[layer]]")[1].split("\n[[")[0]:
+        shop.edit(r"^offset = ([0-9.]+)", lambda m: "offset = %g" % (float(m.group(1)) + voxel))
     else:
-        shop.edit(r"^\[\[layer\]\]()", change)
+        shop.edit(r"^\[\[layer\]\]", "[[layer]]\noffset = %g" % voxel)
 
 
 def other_layer_seed(shop):
@@ -217,7 +219,8 @@ def check(programs, name, failed):
         turn_light(shop)
         wrong_light = shop.render()
     rmse, block = difference(found, expected)
-    print(f"{name}: difference {rmse:.2g} (at most {limit.rmse:g}), of a block {block:.2g} (at most {limit.block:g})")
+    print(f"{name}: difference {rmse:.2g} (at most {limit.rmse:g}), "
+          f"of a block {block:.2g} (at most {limit.block:g})")
     if rmse > limit.rmse or block > limit.block:
         leave(os.path.join(os.path.abspath(failed), name), found, expected, file)
         return False
@@ -251,8 +254,8 @@ def measure(programs, name):
                 shop.bake()
             if stage != "render":
                 shop.compose()
-            print("%-10s %-30s %.2g  block %.2g" % (name, fault, *difference(shop.render(*options), expected)))
-            sys.stdout.flush()
+            rmse, block = difference(shop.render(*options), expected)
+            print(f"{name:9} {fault:28} {rmse:8.2g} {block:8.2g}", flush=True)
             shop.undo_edits()
             if stage == "compose":
                 shop.compose()
