@@ -13,6 +13,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include "volcomp/base/portable_math.h"
 #include "volcomp/base/principal_direction.h"
 #include "volcomp/base/error.h"
 
@@ -45,8 +46,8 @@ double roundFactor(double radius) { return 1 + 0.5 * std::max(0.0, radius - kSpr
 /// pass several of its voxels, the more the larger the radius, so that it looks larger than it is.
 double thickRadius(double radius)
 {
-    return std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - 0.1 - 0.13 * std::log(radius)
-        + 0.1 * std::exp((kThick - radius) / 0.08);
+    return std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - 0.1 - 0.13 * portable::log(radius)
+        + 0.1 * portable::exp((kThick - radius) / 0.08);
 }
 
 /// What multiplies area / (2 h^2), the mean projected area, for a flat shape `width` voxels wide.
@@ -160,7 +161,7 @@ public:
         for (int k = 0; k < m_touched; ++k) {
             Cell& cell = m_cells[m_touched_list[k]];
             cell.depth -=
-                static_cast<float>(std::log1p(-std::min<double>(cell.coverage, kMaxCoverage)));
+                static_cast<float>(portable::log1p(-std::min<double>(cell.coverage, kMaxCoverage)));
             cell.coverage = 0;
         }
         m_touched = 0;
@@ -192,8 +193,8 @@ private:
         u.normalize();
         const Vec3d v = axis.cross(u);
         for (int k = 0; k < lines; ++k) {
-            const double r = std::sqrt((k + 0.5) / lines), phi = k * 2.399963229728653;
-            const Vec3d offset = u * (r * std::cos(phi)) + v * (r * std::sin(phi));
+            const double r = std::sqrt((k + 0.5) / lines), phi = k * kGoldenAngle;
+            const Vec3d offset = u * (r * portable::cos(phi)) + v * (r * portable::sin(phi));
             const Vec3d a = line.a + offset * size_a, b = line.a + line.d + offset * size_b;
             walk(s, {a, b - a}, t0, t1, per_length * size_a / lines, per_length * size_b / lines,
                  tensor);

@@ -1,5 +1,7 @@
 #include "volcomp/base/atomic_file.h"
 
+#include <fstream>
+
 #include <unistd.h>
 
 #include "volcomp/base/error.h"
@@ -23,14 +25,28 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
            + file.extension().string());
     try {
         write(temporary);
-        fs::rename(temporary, file);
-    } catch (const fs::filesystem_error& e) {
-        fs::remove(temporary, code);
-        throw Error(file.string() + ": could not be put in place: " + e.code().message() + ".");
+        fs::rename(temporary, file, code);
+        if (code)
+            throw Error(file.string() + ": could not be put in place: " + code.message() + ".");
     } catch (...) {
         fs::remove(temporary, code);
         throw;
     }
+}
+
+void writeStreamAtomically(const fs::path& file, const std::function<void(std::ostream&)>& write)
+{
+    writeAtomically(file, [&](const fs::path& temporary) {
+        std::ofstream stream(temporary, std::ios::binary);
+        write(stream);
+        if (!stream.flush())
+            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
+    });
+}
+
+void writeTextAtomically(const fs::path& file, const std::string& text)
+{
+    writeStreamAtomically(file, [&](std::ostream& stream) { stream << text; });
 }
 
 } // namespace volcomp

@@ -1,6 +1,6 @@
 // The one exception type of the library.
 //
-// Every message of a failure that a user can cause names the file, the place in it, what was
+// The message of every failure that a user can cause names the file, the place in it, what was
 // expected, what was found and what to do. Bugs of our own are asserted, not thrown.
 #pragma once
 
@@ -15,8 +15,8 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// What went wrong with a file, in one message: "FILE: PLACE: expected EXPECTED, found FOUND.
-/// HINT". `place` and `hint` may be empty.
+/// Returns the error "FILE: PLACE: expected EXPECTED, found FOUND. HINT". `place` and `hint` may be
+/// empty.
 Error fileError(const std::filesystem::path& file, const std::string& place,
                 const std::string& expected, const std::string& found,
                 const std::string& hint = {});

@@ -1,11 +1,12 @@
-// Threads are TBB's; a limit set once in the programs holds for OpenVDB as well.
+// How many threads work. All threads are TBB's, those of OpenVDB as well.
 #pragma once
 
 #include <memory>
 
 namespace volcomp {
 
-/// While it lives, at most `threads` threads work at a time; 0: as many as the machine has.
+/// While an object lives, at most `threads` threads of this process work at a time. With 0 there is
+/// no limit beside TBB's own: one thread for each core.
 class ThreadLimit {
 public:
     explicit ThreadLimit(int threads);

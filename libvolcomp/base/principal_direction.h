@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volcomp/base/portable_math.h"
 #include "volcomp/base/vec.h"
 
 namespace volcomp {
@@ -99,7 +100,7 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
             + s.xz * (s.xy * s.yz - y * s.xz);
         const double r = determinant / (2 * p * p * p);
         if (r > -0.98) { // the two largest eigenvalues are apart
-            largest = q + 2 * p * std::cos(std::acos(std::min(r, 1.0)) / 3);
+            largest = q + 2 * p * portable::cos(portable::acos(std::min(r, 1.0)) / 3);
             const Vec3d r0(s.xx - largest, s.xy, s.xz), r1(s.xy, s.yy - largest, s.yz),
                 r2(s.xz, s.yz, s.zz - largest);
             const Vec3d c[3] = {r0.cross(r1), r0.cross(r2), r1.cross(r2)};
@@ -124,9 +125,7 @@ inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* 
             if (const double length = in_plane.length(); length > 1e-6) d = in_plane / length;
         }
     }
-    const int axis = std::abs(d[0]) >= std::abs(d[1]) ? (std::abs(d[0]) >= std::abs(d[2]) ? 0 : 2)
-                                                      : (std::abs(d[1]) >= std::abs(d[2]) ? 1 : 2);
-    if (d[axis] < 0) d = -d;
+    if (d[largestAxis(d)] < 0) d = -d;
     return {d, std::min(1.0, std::sqrt(std::max(0.0, trace - largest) / (2 * largest)))};
 }
 

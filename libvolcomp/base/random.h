@@ -1,14 +1,16 @@
-// Random numbers as a function of (seed, index): no state is shared, so neither threads nor order
-// change a result.
+// Random numbers as a function of (seed, index). No state is shared, so neither the number of
+// threads nor the order of the calls changes a result.
 //
 // The generator is SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators,
-// OOPSLA 2014): stream k of a key is the mix of key + k times the golden gamma. Distributions are
-// our own, because the standard library's differ between implementations.
+// OOPSLA 2014): the k-th number of a key's stream is the mix of key + k times the golden gamma. The
+// distributions are our own, because those of the standard library differ between implementations.
+// The same key gives the same numbers on every machine.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 
+#include "volcomp/base/portable_math.h"
 #include "volcomp/base/vec.h"
 
 namespace volcomp {
@@ -21,16 +23,16 @@ constexpr std::uint64_t mix64(std::uint64_t x)
     return x ^ (x >> 31);
 }
 
-/// A key for a child stream: hashKey(hashKey(seed, layer), sample) is a stream of its own for every
-/// (seed, layer, sample).
+/// Returns the key of a child stream: hashKey(hashKey(seed, layer), sample) is a separate stream
+/// for every (seed, layer, sample).
 constexpr std::uint64_t hashKey(std::uint64_t key, std::uint64_t index)
 {
     return mix64(mix64(key + 0x9e3779b97f4a7c15ULL)
                  ^ (index * 0xd1342543de82ef95ULL + 0x2545f4914f6cdd1dULL));
 }
 
-/// A stream of random numbers that depends on its key alone. Copying it copies its place in the
-/// stream.
+/// A stream of random numbers that depends on its key alone. A copy continues at the same place in
+/// the stream.
 class Random {
 public:
     explicit constexpr Random(std::uint64_t key) : m_state(key) { }
@@ -40,17 +42,17 @@ public:
     /// Uniform in [0, 1).
     constexpr double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
 
-    /// Uniform in [low, high); `low` where both are equal.
+    /// Uniform in [low, high); `low` if both are equal.
     constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
     /// Uniform in [-1, 1).
     constexpr double symmetric() { return 2 * uniform() - 1; }
 
-    /// Standard normal, by Box and Muller; uses two numbers of the stream.
+    /// Standard normal, by Box and Muller's method; uses two numbers of the stream.
     double normal()
     {
-        const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-        return radius * std::cos(2 * kPi * uniform());
+        const double radius = std::sqrt(-2 * portable::log(1 - uniform()));
+        return radius * portable::cos(2 * kPi * uniform());
     }
 
 private:

@@ -1,5 +1,5 @@
-// Enumerations as words: one table serves the scene file, the programs' options and what they
-// write.
+// The words of an enumeration. One table serves the scene file, the options of the programs and the
+// files that they write.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace volcomp {
 template <class E>
 using Word = std::pair<const char*, E>;
 
-/// The word of a value, which must be in the table.
+/// Returns the word of a value. The value must be in the table.
 template <class E, std::size_t N>
 const char* wordOf(const Word<E> (&words)[N], E value)
 {

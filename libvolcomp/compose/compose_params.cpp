@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "volcomp/base/error.h"
-#include "volcomp/scene/toml_reader.h"
 
 namespace volcomp {
 
@@ -13,23 +12,6 @@ void ComposeParams::validate() const
     if (!(voxel_pixels > 0 && std::isfinite(voxel_pixels)))
         throw Error("compose: expected voxel_pixels > 0");
     if (!(minimum_density >= 0)) throw Error("compose: expected a minimum density >= 0");
-}
-
-ComposeParams readCompose(TableReader& r)
-{
-    ComposeParams c;
-    c.voxel = r.number({"voxel", "m", "edge of a voxel; 0: from the camera and the picture"},
-                       c.voxel, kNotNegative);
-    c.voxel_pixels = r.number(
-        {"voxel_pixels", "pixels",
-         "edge of a voxel where 'voxel' is 0, at the nearest point of a surface that the camera sees"},
-        c.voxel_pixels, {0.01, 1000});
-    c.minimum_density = r.number({"minimum_density", "1/m", "voxels below it are not kept"},
-                                 c.minimum_density, kNotNegative);
-    c.cull = r.flag({"cull", "", "leave out boxes that neither the camera sees nor a shadow needs"},
-                    c.cull);
-    r.finish();
-    return c;
 }
 
 } // namespace volcomp

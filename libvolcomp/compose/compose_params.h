@@ -3,8 +3,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 /// The settings of compose(), as the [compose] table says.
 struct ComposeParams {
     double voxel = 0; ///< edge of a voxel, world units; 0: from the camera and the picture
@@ -15,8 +13,5 @@ struct ComposeParams {
 
     void validate() const;
 };
-
-/// Reads the [compose] table.
-ComposeParams readCompose(TableReader& table);
 
 } // namespace volcomp

@@ -6,12 +6,11 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "volcomp/base/portable_math.h"
 #include "volcomp/base/random.h"
 
 namespace volcomp {
 namespace {
-
-constexpr double kGoldenAngle = 137.50776405003785 * kDegree;
 
 /// Heading t, upper side n, and b = t x n to the left. Orthonormal.
 struct Frame {
@@ -22,7 +21,7 @@ struct Frame {
 /// v turned about the unit vector `axis` (Rodrigues).
 Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle)
 {
-    const double c = std::cos(angle), s = std::sin(angle);
+    const double c = portable::cos(angle), s = portable::sin(angle);
     return v * c + axis.cross(v) * s + axis * (axis.dot(v) * (1 - c));
 }
 
@@ -125,8 +124,8 @@ void trace(const GrowthLevel& level, const Strand& strand, bool plain, std::vect
             const double s = double(i) / n, a = phase + 2 * kPi * level.curl_turns * s,
                          r = radius * std::min(1.0, 4 * s);
             const Frame& g = nodes[i].frame;
-            nodes[i].p += g.n * (r * (std::cos(a) - std::cos(phase)))
-                + g.b() * (r * (std::sin(a) - std::sin(phase)));
+            nodes[i].p += g.n * (r * (portable::cos(a) - portable::cos(phase)))
+                + g.b() * (r * (portable::sin(a) - portable::sin(phase)));
         }
     }
     if (level.frizz > 0) { // a random walk
@@ -207,7 +206,7 @@ private:
     {
         const double r = spread * std::sqrt((k + 0.2 + 0.6 * random.uniform()) / count),
                      a = k * kGoldenAngle + 0.6 * random.symmetric();
-        return {r * std::cos(a), 0, r * std::sin(a)};
+        return {r * portable::cos(a), 0, r * portable::sin(a)};
     }
 
     std::vector<Strand> onGround(std::size_t index) const
@@ -227,7 +226,7 @@ private:
             Random r(s.key);
             s.root = groundPoint(level.spread, k, count, r);
             const double outward = level.spread > 0
-                ? std::atan2(s.root[2], s.root[0])
+                ? portable::atan2(s.root[2], s.root[0])
                 : k * level.divergence + 2 * kPi * r.uniform() * (count == 1);
             place(level, s, outward + level.divergence_variation * r.normal(),
                   r.uniform(level.angle.first, level.angle.second));
@@ -244,9 +243,9 @@ private:
     /// The frame of a strand on the ground that leans outwards at the azimuth `a`.
     static void place(const GrowthLevel&, Strand& s, double a, double lean)
     {
-        const Vec3d outward(std::cos(a), 0, std::sin(a));
-        s.frame.t = Vec3d(0, 1, 0) * std::cos(lean) + outward * std::sin(lean);
-        s.frame.n = Vec3d(0, 1, 0) * std::sin(lean) - outward * std::cos(lean);
+        const Vec3d outward(portable::cos(a), 0, portable::sin(a));
+        s.frame.t = Vec3d(0, 1, 0) * portable::cos(lean) + outward * portable::sin(lean);
+        s.frame.n = Vec3d(0, 1, 0) * portable::sin(lean) - outward * portable::cos(lean);
     }
 
     /// The strands of level `index` that stand on `parents`, in the order of the parents.
@@ -309,10 +308,10 @@ private:
             if (level.planar)
                 azimuth += (level.whorl > 1 ? around : place) % 2 ? -kPi / 2 : kPi / 2;
             else azimuth += azimuth0 + place * level.divergence + around * 2 * kPi / level.whorl;
-            const Vec3d radial = frame.n * std::cos(azimuth) + frame.b() * std::sin(azimuth);
-            s.frame.t = frame.t * std::cos(angle) + radial * std::sin(angle);
+            const Vec3d radial = frame.n * portable::cos(azimuth) + frame.b() * portable::sin(azimuth);
+            s.frame.t = frame.t * portable::cos(angle) + radial * portable::sin(angle);
             s.frame.n =
-                level.planar ? frame.n : frame.t * std::sin(angle) - radial * std::cos(angle);
+                level.planar ? frame.n : frame.t * portable::sin(angle) - radial * portable::cos(angle);
             orthonormalize(s.frame);
             const double length =
                 fork || level.length == 0 ? parent.length * level.length_ratio : level.length;
@@ -403,7 +402,7 @@ private:
             s.key = hashKey(hashKey(m_key, index), (1ULL << 40) + static_cast<std::uint64_t>(k));
             const double lean = 0.5 * (level.angle.first + level.angle.second)
                 * std::min(1.0, s.root.length() / std::max(level.spread, 1e-30));
-            place(level, s, std::atan2(s.root[2], s.root[0]), lean);
+            place(level, s, portable::atan2(s.root[2], s.root[0]), lean);
             s.length = level.length > 0 ? level.length : level.length_ratio;
             trace(level, s, true, guides[k]);
         }

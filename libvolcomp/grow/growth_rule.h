@@ -14,8 +14,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 /// The outline of what a level grows, root to tip. `stem` is a round cone, the others are flat.
 enum class Outline {
     stem,
@@ -108,9 +106,5 @@ struct GrowthRule {
     /// Index of the level that level `i` stands on; -1 is the ground.
     int parentOf(std::size_t i) const;
 };
-
-/// Reads a [box.NAME] table; `materials` are the names that it may use.
-GrowthRule readGrowthRule(TableReader& table, const std::string& name,
-                          const std::vector<std::string>& materials);
 
 } // namespace volcomp

@@ -13,8 +13,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 enum class Sampling {
     area, ///< even on the surface; density counts boxes per square of the world unit
     uv    ///< even in the map, as the paper has it; density counts boxes per cell
@@ -59,8 +57,5 @@ struct Layer {
 
     void validate() const;
 };
-
-/// Reads one [[layer]] table.
-Layer readLayer(TableReader& table, int index);
 
 } // namespace volcomp

@@ -6,8 +6,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
@@ -60,8 +58,5 @@ struct RenderParams {
     /// Throws Error if a value is out of range or not finite.
     void validate() const;
 };
-
-/// Reads the [render] table.
-RenderParams readRender(TableReader& table);
 
 } // namespace volcomp

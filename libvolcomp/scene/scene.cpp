@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "volcomp/base/error.h"
+#include "volcomp/scene/readers.h"
 
 namespace volcomp {
 namespace {

@@ -13,7 +13,7 @@
 #include "volcomp/grow/growth_rule.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/surface/surface.h"
-#include "volcomp/scene/toml_reader.h"
+#include "volcomp/scene/key_docs.h"
 
 namespace volcomp {
 

@@ -13,17 +13,14 @@
 #include <utility>
 #include <vector>
 
+#include "volcomp/base/interval.h"
 #include "volcomp/scene/key_docs.h"
 #include "volcomp/base/vec.h"
 #include "volcomp/base/words.h"
 
 namespace volcomp {
 
-/// A closed interval that a number must lie in. Infinite ends are open.
-struct Interval {
-    double low, high;
-};
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Ranges that a key's value may lie in.
 constexpr Interval kAny{-kInfinity, kInfinity};
 constexpr Interval kUnit{0, 1};
 constexpr Interval kNotNegative{0, kInfinity};

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "volcomp/base/error.h"
-#include "volcomp/scene/toml_reader.h"
 
 namespace volcomp {
 
@@ -49,36 +48,6 @@ MapProjection::Line MapProjection::line(const Vec2d& uv) const
         return {centre + f.y * ((uv[1] - 0.5) * height), out, true};
     const double latitude = (uv[1] - 0.5) * kPi;
     return {centre, out * std::cos(latitude) + f.y * std::sin(latitude), true};
-}
-
-MapProjection readProjection(TableReader& r)
-{
-    MapProjection p;
-    p.kind = r.choice<ProjectionKind>(
-        {"projection", "",
-         "how maps fall on the surface: by the mesh's texture coordinates, or from a sphere, a cylinder or a plane"},
-        p.kind,
-        {{"uv", ProjectionKind::uv},
-         {"sphere", ProjectionKind::sphere},
-         {"cylinder", ProjectionKind::cylinder},
-         {"plane", ProjectionKind::plane}});
-    p.centre = r.vector({"centre", "m", "of the projection"}, p.centre);
-    p.axis = r.direction(
-        {"axis", "", "of the sphere's poles, of the cylinder, or across the plane"}, p.axis);
-    p.up = r.direction(
-        {"up", "",
-         "sphere and cylinder: where the middle of the map faces; plane: the map's upward direction"},
-        p.up);
-    r.require(p.axis.cross(p.up).length() > 1e-6, "up",
-              "a direction that is not parallel to 'axis'");
-    const auto size =
-        r.numbers({"projection_size", "m",
-                   "[width, height] of the map on a plane; on a cylinder the height counts"},
-                  {1, 1}, kPositive);
-    r.require(size.size() == 2, "projection_size", "two numbers [width, height]");
-    if (size.size() == 2) p.width = size[0], p.height = size[1];
-    p.validate();
-    return p;
 }
 
 } // namespace volcomp

@@ -6,8 +6,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 enum class ProjectionKind {
     uv,       ///< the mesh's own texture coordinates
     sphere,   ///< u is the longitude, v the latitude, 0 at the south pole, 1 at the north pole
@@ -48,8 +46,5 @@ private:
     };
     Frame frame() const;
 };
-
-/// Reads the keys projection, centre, axis, up and projection_size of a table.
-MapProjection readProjection(TableReader& table);
 
 } // namespace volcomp

@@ -13,8 +13,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 /// One factor. It is an image, noise, or, where neither is given, the constant.
 struct MapFactor {
     std::filesystem::path image;
@@ -29,10 +27,6 @@ struct MapFactor {
 
     void validate() const;
 };
-
-/// Reads the array of tables `name`; none: an empty list. A colour map's constant is a colour.
-std::vector<MapFactor> readMaps(TableReader& table, const char* name, const char* meaning,
-                                bool colour);
 
 /// The product of its factors; of none, 1. Images are read once, in the constructor, which throws
 /// their Errors. May be asked from several threads.

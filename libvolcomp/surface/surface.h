@@ -16,7 +16,6 @@
 namespace volcomp {
 
 class SurfaceTree;
-class TableReader;
 
 /// The surface itself as an opaque thin shell of voxels, so that nobody sees through the fur.
 struct SkinSpec {
@@ -41,9 +40,6 @@ struct SurfaceSpec {
 
     void validate() const;
 };
-
-/// Reads a [surface.NAME] table.
-SurfaceSpec readSurface(TableReader& table, const std::string& name);
 
 /// A place on the surface.
 struct SurfacePoint {

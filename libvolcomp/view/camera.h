@@ -5,8 +5,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 enum class Projection { perspective, orthographic };
 
 /// Where the picture is taken from, as the [camera] table says.
@@ -46,8 +44,5 @@ private:
         m_down; ///< of a ray at the picture's middle; steps of one pixel
     double m_x0, m_y0;
 };
-
-/// Reads the [camera] table.
-Camera readCamera(TableReader& table);
 
 } // namespace volcomp

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "volcomp/base/error.h"
-#include "volcomp/scene/toml_reader.h"
+#include "volcomp/base/interval.h"
 
 namespace volcomp {
 
@@ -43,37 +43,6 @@ Illumination illuminate(const Light& light, const Vec3d& p, double closest)
         weight *= x * x * (3 - 2 * x);
     }
     return {L, distance, weight};
-}
-
-Light readLight(TableReader& r, int index)
-{
-    Light l;
-    l.name = r.text({"name", "", "of the light's own picture in the EXR"},
-                    "light" + std::to_string(index + 1));
-    l.kind = r.choice<LightKind>(
-        {"kind", "",
-         "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"},
-        l.kind,
-        {{"directional", LightKind::directional},
-         {"point", LightKind::point},
-         {"spot", LightKind::spot},
-         {"patch", LightKind::patch}});
-    l.direction =
-        r.direction({"direction", "", "the way the light travels; all but point"}, l.direction);
-    l.position = r.vector({"position", "m", "all but directional"}, l.position);
-    l.strength =
-        r.colour({"strength", "",
-                  "what a white diffuse surface that faces it shows; all but directional: at 1 m"},
-                 l.strength);
-    l.angle = kDegree
-        * r.number({"angle_degrees", "degrees", "spot: from its axis to where it is dark"}, 30,
-                   {0.01, 90});
-    l.soft_angle = kDegree
-        * r.number(
-            {"soft_angle_degrees", "degrees", "spot: width of the soft border inside the angle"}, 3,
-            {0, 90});
-    r.finish();
-    return l;
 }
 
 } // namespace volcomp

@@ -8,8 +8,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 enum class LightKind { directional, point, spot, patch };
 
 /// One [[light]] of the scene.
@@ -40,8 +38,5 @@ struct Illumination {
 /// shines into the half space before it, with the cosine of the angle from its direction (Lambert's
 /// law).
 Illumination illuminate(const Light& light, const Vec3d& p, double closest);
-
-/// Reads one [[light]] table.
-Light readLight(TableReader& table, int index);
 
 } // namespace volcomp

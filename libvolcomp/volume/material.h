@@ -8,8 +8,6 @@
 
 namespace volcomp {
 
-class TableReader;
-
 /// Which of the two reflection models a material follows, and so what its direction grid holds.
 enum class MaterialKind {
     fibre,  ///< direction is the tangent, section 5; grid `tangentu`
@@ -30,8 +28,5 @@ struct Material {
     /// Throws Error where a value is out of range or not finite.
     void validate() const;
 };
-
-/// Reads a [material.NAME] table.
-Material readMaterial(TableReader& table, const std::string& name);
 
 } // namespace volcomp

@@ -2,20 +2,24 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "volcomp/base/text.h"
 #include "volcomp/base/words.h"
 
 namespace volcomp {
 
-/// Adds an option that takes one of a table's words. `value` must outlive the parsing.
+/// Adds an option that takes one of a table's words and sets `value`, which must outlive the
+/// parsing. Another word is a wrong argument.
 template <class E, std::size_t N, class Value>
 CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& value,
                        const std::string& meaning, const Word<E> (&words)[N])
 {
-    std::string names;
-    for (const auto& word : words) names += (names.empty() ? "" : "|") + std::string(word.first);
+    std::vector<std::string> allowed;
+    for (const auto& word : words) allowed.emplace_back(word.first);
+    const std::string names = joined(allowed, "|");
     return app
         .add_option_function<std::string>(
             name,

@@ -1,5 +1,5 @@
-// The settings of a render in the words of the scene file: for statistics, metadata and to know
-// whether two renders are the same.
+// The settings of a render in the words of the scene file, for statistics and metadata and to find
+// out whether two renders are the same.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,8 +1,6 @@
 #include "tools/shared/tool.h"
 
-#include <chrono>
 #include <exception>
-#include <fstream>
 #include <iostream>
 #include <thread>
 
@@ -14,26 +12,13 @@
 #include <unistd.h>
 
 #include "volcomp/base/atomic_file.h"
-#include "volcomp/base/error.h"
+#include "volcomp/base/clock.h"
 #include "volcomp/base/parallel.h"
 #include "volcomp/scene/scene.h"
+#include "tools/shared/version.h"
 
 namespace volcomp {
 namespace {
-
-double wallSeconds()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
-double cpuSeconds()
-{
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)
-        + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
 
 double peakMegabytes()
 {
@@ -47,7 +32,7 @@ double peakMegabytes()
 Tool::Tool(const std::string& name, const std::string& description)
     : app(description, name), m_name(name)
 {
-    app.set_version_flag("--version", name + " " VOLCOMP_VERSION);
+    app.set_version_flag("--version", versionText(name));
     app.add_flag("-q,--quiet", m_quiet, "Say nothing but warnings and errors");
     app.add_option("--threads", m_threads, "Threads to use; 0: one for each core")
         ->capture_default_str()
@@ -89,14 +74,7 @@ int Tool::main(int argc, char** argv, const std::function<void()>& run)
         stats["peak_memory_mb"] = peakMegabytes();
         say(fmt::format("done in {:.2f} s, {:.0f} MB at the peak", wallSeconds() - wall,
                         peakMegabytes()));
-        if (!m_stats.empty())
-            writeAtomically(m_stats, [&](const std::filesystem::path& file) {
-                std::ofstream stream(file);
-                stream << stats.dump(2) << '\n';
-                if (!stream.flush())
-                    throw fileError(m_stats, "", "a file to write", "an error",
-                                    "Is the disk full?");
-            });
+        if (!m_stats.empty()) writeTextAtomically(m_stats, stats.dump(2) + '\n');
         return 0;
     } catch (const std::bad_alloc&) {
         spdlog::error("the memory of this machine is not enough; a larger voxel needs less");

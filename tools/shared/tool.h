@@ -1,4 +1,4 @@
-// What the three programs share: options, messages, progress, stage times and the statistics file.
+// What all programs share: options, messages, progress, stage times and the statistics file.
 #pragma once
 
 #include <filesystem>
@@ -21,16 +21,17 @@ public:
     CLI::App app;
     nlohmann::json stats; ///< written by --stats
 
-    /// Parses the arguments, calls `run` and turns exceptions into one message on stderr and exit
-    /// status 1 (2 for wrong arguments).
+    /// Parses the arguments, starts OpenVDB and calls `run`. Returns the exit status of the
+    /// program: 0; 1 after an exception, which becomes one message on stderr; 2 for wrong
+    /// arguments.
     int main(int argc, char** argv, const std::function<void()>& run);
 
-    void say(const std::string& message) const;  ///< nothing with --quiet
+    void say(const std::string& message) const;  ///< silent with --quiet
     void warn(const std::string& message) const; ///< also with --quiet
 
-    /// Runs one stage: says its name, shows its progress (a bar on a terminal, plain lines
-    /// otherwise), then how long it took; adds its wall and CPU seconds to the statistics. Returns
-    /// what `work` returns.
+    /// Runs one stage: calls work(progress), shows its progress (a bar on a terminal, plain lines
+    /// otherwise) and at the end its name and how long it took, and adds its wall and CPU seconds
+    /// to the statistics. Returns what `work` returns.
     template <class F>
     auto stage(const std::string& name, F&& work)
     {
@@ -49,7 +50,6 @@ private:
         Tool& m_tool;
         std::string m_name;
         double m_wall, m_cpu, m_shown = 0;
-        int m_lines = 0;
         int m_exceptions;
     };
     bool m_quiet = false;

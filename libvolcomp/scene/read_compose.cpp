@@ -1,0 +1,22 @@
+#include "volcomp/scene/readers.h"
+
+namespace volcomp {
+
+ComposeParams readCompose(TableReader& r)
+{
+    ComposeParams c;
+    c.voxel = r.number({"voxel", "m", "edge of a voxel; 0: from the camera and the picture"},
+                       c.voxel, kNotNegative);
+    c.voxel_pixels = r.number(
+        {"voxel_pixels", "pixels",
+         "edge of a voxel where 'voxel' is 0, at the nearest point of a surface that the camera sees"},
+        c.voxel_pixels, {0.01, 1000});
+    c.minimum_density = r.number({"minimum_density", "1/m", "voxels below it are not kept"},
+                                 c.minimum_density, kNotNegative);
+    c.cull = r.flag({"cull", "", "leave out boxes that neither the camera sees nor a shadow needs"},
+                    c.cull);
+    r.finish();
+    return c;
+}
+
+} // namespace volcomp

@@ -1,0 +1,47 @@
+// The reader of each table of the scene file. Private: readScene() calls them, and each is in the
+// read_*.cpp of its name.
+//
+// Each takes a reader of its table, reads every key, and calls finish(), so that a key that it does
+// not know is an Error. All throw Error with the file, the line and the value. On a reader made by
+// TableReader::describing() they list their keys and return a value that nobody uses.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "volcomp/compose/compose_params.h"
+#include "volcomp/grow/growth_rule.h"
+#include "volcomp/place/layer.h"
+#include "volcomp/render/render_params.h"
+#include "volcomp/scene/toml_reader.h"
+#include "volcomp/surface/second_density.h"
+#include "volcomp/surface/surface.h"
+#include "volcomp/view/camera.h"
+#include "volcomp/view/light.h"
+#include "volcomp/volume/material.h"
+
+namespace volcomp {
+
+Material readMaterial(TableReader& table, const std::string& name); ///< [material.NAME]
+Camera readCamera(TableReader& table);                              ///< [camera]
+ComposeParams readCompose(TableReader& table);                      ///< [compose]
+RenderParams readRender(TableReader& table);                        ///< [render]
+
+/// Reads a [box.NAME] table with its levels. `materials` are the names that its keys may use.
+GrowthRule readGrowthRule(TableReader& table, const std::string& name,
+                          const std::vector<std::string>& materials);
+
+/// Reads a [surface.NAME] table. It does not check that the skin's material exists.
+SurfaceSpec readSurface(TableReader& table, const std::string& name);
+
+/// Reads a [[layer]] or [[light]] table, the one with number `index` (from 0) of the file. If the
+/// table gives no name, the name is the word and the number from 1.
+Layer readLayer(TableReader& table, int index);
+Light readLight(TableReader& table, int index);
+
+/// Reads the array of tables `name` inside `table`; returns no factors if it is absent. If `colour`
+/// is true, the constant is a colour, otherwise a number.
+std::vector<MapFactor> readMaps(TableReader& table, const char* name, const char* meaning,
+                                bool colour);
+
+} // namespace volcomp
