@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <openvdb/math/Coord.h>
+#include <openvdb/Types.h>
 
 #include "volcomp/render/render_params.h"
 #include "volcomp/view/camera.h"

@@ -1,7 +1,6 @@
 // volcomp-render --explain as a process: the table on its output, no picture needed, and errors.
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -10,13 +9,12 @@
 
 #include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
 using namespace volcomp;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr const char* kScene = R"(
 [camera]
@@ -44,36 +42,22 @@ protected:
     void SetUp() override
     {
         openvdb::initialize();
-        m_dir = fs::path(testing::TempDir())
-            / ("explain_"
-               + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-        fs::remove_all(m_dir);
-        fs::create_directories(m_dir);
-        std::ofstream(m_dir / "scene.toml") << kScene;
+        m_folder.write("scene.toml", kScene);
         Volume volume = emptyVolume(0.125);
         volume.parts[0].density->fill(openvdb::CoordBBox({-4, -4, -4}, {3, 3, 3}), 2, true);
-        writeVolume(m_dir / "volume.vdb", volume);
-    }
-    void TearDown() override { fs::remove_all(m_dir); }
-
-    std::string read(const std::string& name) const
-    {
-        std::ifstream stream(m_dir / name, std::ios::binary);
-        std::stringstream text;
-        text << stream.rdbuf();
-        return text.str();
+        writeVolume(m_folder / "volume.vdb", volume);
     }
     Outcome run(const std::string& arguments) const
     {
-        const std::string command = "cd '" + m_dir.string()
+        const std::string command = "cd '" + m_folder.path().string()
             + "' && '" VOLCOMP_BIN "/volcomp-render' scene.toml " + arguments
             + " >output.txt 2>errors.txt";
         const int status = std::system(command.c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, read("output.txt"),
-                read("errors.txt")};
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, m_folder.read("output.txt"),
+                m_folder.read("errors.txt")};
     }
 
-    fs::path m_dir;
+    TemporaryFolder m_folder;
 };
 
 /// The first three numbers in parentheses of the line that begins with `start`.
@@ -97,7 +81,7 @@ TEST_F(ExplainProgram, PrintsThePixelOfTheRender)
     const Outcome rendered = run("-o picture.exr --samples 1");
     ASSERT_EQ(rendered.status, 0) << rendered.errors;
     EXPECT_EQ(rendered.output, "");
-    const Image image = readImage(m_dir / "picture.exr");
+    const Image image = readImage(m_folder / "picture.exr");
     const Vec3d sum = coloursOf(explained.output, "  pixel "),
                 terms = coloursOf(explained.output, "  sun ")
         + coloursOf(explained.output, "  ambient ") + coloursOf(explained.output, "  background ");
@@ -106,11 +90,10 @@ TEST_F(ExplainProgram, PrintsThePixelOfTheRender)
         EXPECT_NEAR(sum[c], image.pixel(8, 5)[c], 1e-5);
         EXPECT_NEAR(sum[c], terms[c], 3e-6); // of numbers with six digits
     }
-    EXPECT_FALSE(fs::exists(m_dir / "volume.exr"));
     const Outcome both = run("-o both.exr --explain 8,5"); // the volume beside the picture
     EXPECT_EQ(both.status, 0) << both.errors;
     EXPECT_EQ(both.output, explained.output);
-    EXPECT_TRUE(fs::exists(m_dir / "both.exr"));
+    EXPECT_TRUE(std::filesystem::exists(m_folder / "both.exr"));
 }
 
 TEST_F(ExplainProgram, WhatIsNoPixelIsAnError)

@@ -424,19 +424,19 @@ TEST(ShadowSweep, SegmentsTakeWhatTheyAreWorth)
 // Pictures with swept light, with every kind of light, both filters, fibres and sums. Rays to
 // lights start only at the border of what was marked.
 //
-// The limits follow from those of AgreesWithRaysThroughNoise. Light of transmittance e^-D has
-// crossed n = D / m voxels of mean density m and variance v. Read between columns it is off by
-// e^-D sqrt(v n k) and too dark by (1 - q) v n / 4 of it. For every pair of readings here k <= 1.1:
-// 1.10 between rays 2 voxels apart, and for the trilinear filter, which reads between columns
-// itself, no more than the sum of both squared weights, 49/81 + 4/9; q >= 4/9. A pixel adds up the
-// light of its segments, whose errors are independent if their ways to the light have no voxel in
-// common. Few have: a segment is about a voxel long, and the next one that is not empty about three
-// voxels on.
+// The limits follow from the statistics of AgreesWithRaysThroughNoise. Light of transmittance e^-D
+// has crossed n = D / m voxels of mean density m and variance v. Read between columns, it is off by
+// e^-D sqrt(v n k) and too dark by the part (1 - q) v n / 4. Fine light has k = 1 - 49/81 and
+// q = 49/81; rough light has k = 1.1 and q = 4/9. The trilinear filter reads between columns
+// itself, with q = 4/9: k is at most the sum of both q, and its light is darker than that of single
+// columns by the part (1 - 4/9) v n / 2. A pixel adds up the light of its segments, whose errors
+// are independent if their ways to the light have no voxel in common. Few have: a segment is about
+// a voxel long, and the next one that is not empty is about three voxels on.
 TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
 {
     const double fill = 0.3, densest = 0.3, m = fill * densest / 2,
                  v = fill * densest * densest / 3 - m * m;
-    const double k = 1.1, q = 4.0 / 9;
+    const double q_fine = 49.0 / 81, q_rough = 4.0 / 9, q_trilinear = 4.0 / 9;
     const VoxelTree tree(fibres(noise(40, fill, densest)));
     Random random(7);
     std::vector<Light> lights{from({-0.6, -0.7, -0.4}), from({0, -1, 0}), from({-1, 0, 0})};
@@ -468,12 +468,20 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
                                 c.extinction == Extinction::fibre);
         swept.useSweep(sweep);
         Integrator::Scratch a, b;
-        double mean = 0, square = 0, bias = 0, expected_square = 0, expected_bias = 0;
+        double mean = 0, square = 0, bias = 0, expected_square = 0, darker = 0, brighter = 0;
+        const bool trilinear = c.filter == Filter::trilinear;
         const RayObserver observer = [&](const SeenSegment& segment) {
             for (const SeenLight& light : segment.lights) {
-                const double vn = v * -std::log(light.transmittance) / m;
-                expected_square += light.radiance[0] * light.radiance[0] * vn * k;
-                expected_bias += light.radiance[0] * (1 - q) * vn / 4;
+                const double vn = v * -std::log(light.transmittance) / m, r = light.radiance[0];
+                const bool fine = c.integration == Integration::riemann
+                    || segment.weight * light.transmittance >= ShadowSweep::kFineWeight;
+                const double q = fine ? q_fine : q_rough,
+                             k = trilinear ? q + q_trilinear
+                    : fine                 ? 1 - q_fine
+                                           : 1.1;
+                expected_square += r * r * vn * k;
+                darker += r * (1 - q) * vn / 4;
+                brighter += trilinear ? r * (1 - q_trilinear) * vn / 2 : 0;
             }
         };
         a.observer = &observer;
@@ -492,11 +500,8 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
                      << int(c.filter) << int(c.integration) << int(c.extinction));
         EXPECT_LT(square, expected_square);
         const double chance = 4 * std::sqrt(expected_square); // four standard errors of the sum
-        EXPECT_LT(bias, chance);
-        EXPECT_GT(bias, -expected_bias - chance);
-        std::cout << "XX " << std::sqrt(square * count) / mean << " "
-                  << std::sqrt(expected_square * count) / mean << " bias " << bias / mean << " "
-                  << expected_bias / mean << " " << chance / mean << "\n";
+        EXPECT_LT(bias, brighter + chance);
+        EXPECT_GT(bias, -darker - chance);
         EXPECT_LT(b.counts.shadow_rays, a.counts.shadow_rays / 20) << a.counts.shadow_rays;
     }
 }
