@@ -10,10 +10,8 @@
 namespace volcomp {
 namespace {
 
-constexpr int kTile = TileAccumulator::kSize;
-
-/// Level of the pyramid for a box placed so that its voxel is `step` voxels of the target: the
-/// coarsest whose voxel is not larger than the target's.
+/// Level of the pyramid for a box whose voxel, as placed, has `step` times the edge of the
+/// target's: the coarsest level whose voxels are not larger than the target's.
 int levelFor(double step)
 {
     int level = 0;
@@ -21,37 +19,47 @@ int levelFor(double step)
     return level;
 }
 
-// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node
-// in it, tile in the node.
-constexpr int kInNode = 7 - TileAccumulator::kLog2,
-              kInRoot = 5
-    + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
-constexpr int kRootBits = 13, kRootBias = 1 << (kRootBits - 1);
-static_assert(3 * (kRootBits + kInRoot) <= 64
-              && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
+// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3 voxels. From the highest
+// bits down it holds x, y, z of the root's entry of 4096^3 voxels, then of the node in it, then of
+// the tile in the node.
+constexpr int kNodeBits = 7 - TileAccumulator::kLog2; ///< of a tile's coordinate within a node
+constexpr int kEntryBits = 5;                         ///< of a node's within an entry
+constexpr int kRootBits = 13;                         ///< of an entry's, which may be negative
+constexpr int kRootBias = 1 << (kRootBits - 1);
+static_assert(3 * (kRootBits + kEntryBits + kNodeBits) <= 64);
+static_assert(TileAccumulator::kLog2 + kNodeBits + kEntryBits + kRootBits >= 25,
+              "voxels from -2^24 to 2^24");
 
-std::uint64_t tileKey(const openvdb::Coord& t)
+std::uint64_t tileKey(const openvdb::Coord& tile)
 {
     std::uint64_t key = 0;
+    const auto append = [&](int value, int bits) {
+        key = key << bits | static_cast<std::uint64_t>(value & ((1 << bits) - 1));
+    };
     for (int i = 0; i < 3; ++i)
-        key = key << kRootBits | std::uint64_t((t[i] >> kInRoot) + kRootBias);
-    for (int i = 0; i < 3; ++i) key = key << 5 | std::uint64_t(t[i] >> kInNode & 31);
-    for (int i = 0; i < 3; ++i) key = key << kInNode | std::uint64_t(t[i] & ((1 << kInNode) - 1));
+        append((tile[i] >> (kEntryBits + kNodeBits)) + kRootBias, kRootBits);
+    for (int i = 0; i < 3; ++i) append(tile[i] >> kNodeBits, kEntryBits);
+    for (int i = 0; i < 3; ++i) append(tile[i], kNodeBits);
     return key;
 }
 
+/// The first voxel of a tile.
 openvdb::Coord tileOrigin(std::uint64_t key)
 {
-    const auto bits = [&](int from, int count) {
-        return static_cast<int>(key >> from & ((1 << count) - 1));
+    const auto takeLast = [&](int bits) {
+        const auto value = static_cast<int>(key & ((std::uint64_t(1) << bits) - 1));
+        key >>= bits;
+        return value;
     };
-    openvdb::Coord t;
+    openvdb::Coord in_node, in_entry, entry;
+    for (int i = 2; i >= 0; --i) in_node[i] = takeLast(kNodeBits);
+    for (int i = 2; i >= 0; --i) in_entry[i] = takeLast(kEntryBits);
+    for (int i = 2; i >= 0; --i) entry[i] = takeLast(kRootBits) - kRootBias;
+    openvdb::Coord origin;
     for (int i = 0; i < 3; ++i)
-        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32
-                + bits(3 * kInNode + (2 - i) * 5, 5))
-                * (1 << kInNode)
-            + bits((2 - i) * kInNode, kInNode);
-    return {t[0] * kTile, t[1] * kTile, t[2] * kTile};
+        origin[i] = ((entry[i] * (1 << kEntryBits) + in_entry[i]) * (1 << kNodeBits) + in_node[i])
+            * TileAccumulator::kSize;
+    return origin;
 }
 
 } // namespace
