@@ -1,5 +1,5 @@
-// How fast boxes are grown and baked: segments and voxels per second, and the memory of baking over
-// that of its result.
+// How fast boxes are grown and baked, in segments and voxels per second, and how much memory baking
+// takes, as a multiple of its result.
 #include <fstream>
 #include <string>
 
@@ -78,7 +78,8 @@ std::size_t count(const Skeleton& skeleton)
     return sum;
 }
 
-/// Resident memory now and at its peak since the last reset, bytes.
+/// Returns a figure of /proc/self/status in bytes: VmRSS is the resident memory now, VmHWM its peak
+/// since resetPeak().
 double memoryOf(const char* key)
 {
     std::ifstream status("/proc/self/status");
@@ -108,7 +109,7 @@ void baking(benchmark::State& state, GrowthRule p, double voxel)
     const double segments = double(count(grow(p, 0)));
     double voxels = 0, result = 0, ratio = 0;
     for (auto _ : state) {
-        malloc_trim(0); // what earlier runs freed must not hide what this one takes
+        malloc_trim(0); // otherwise this run could take what earlier runs have freed
         const double before = memoryOf("VmRSS:");
         resetPeak();
         const Box box = bake(p, kMaterials, 0);

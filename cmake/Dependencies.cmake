@@ -1,8 +1,13 @@
-# The libraries that volcomp stands on, all from Debian 12's packages. Their headers are SYSTEM: no warnings from them.
+# The libraries that volcomp stands on, all from Debian 12's packages. Their headers are SYSTEM, so
+# that the compiler gives no warnings about them.
+
+# The cache gives an object of one build folder to another of the same kind: paths below the sources
+# are made relative, and the folder's name counts for nothing even with debugging information. The
+# sloppiness lets ccache work with a precompiled header.
 find_program(CCACHE ccache)
 if(CCACHE)
-  # The sloppiness lets ccache work with a precompiled header.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_NOHASHDIR=1
+      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
       CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} ${CCACHE})
 endif()
 
@@ -26,8 +31,8 @@ if(VOLCOMP_BENCHMARKS)
   find_package(benchmark REQUIRED)
 endif()
 
-# CGAL's own target would put -frounding-math on every source, which costs the marcher its vectorisation. Only the sources
-# that include CGAL get the flag (see VOLCOMP_CGAL_SOURCES).
+# CGAL's own target would put -frounding-math on every source, and the marcher would not be
+# vectorised any more. Only the sources that include CGAL get the flag (VOLCOMP_CGAL_SOURCES).
 add_library(volcomp_cgal INTERFACE)
-target_include_directories(volcomp_cgal SYSTEM INTERFACE $<TARGET_PROPERTY:CGAL::CGAL,INTERFACE_INCLUDE_DIRECTORIES>)
-target_link_libraries(volcomp_cgal INTERFACE gmp mpfr)
+target_include_directories(volcomp_cgal SYSTEM INTERFACE
+  $<TARGET_PROPERTY:CGAL::CGAL,INTERFACE_INCLUDE_DIRECTORIES>)

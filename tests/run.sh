@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs every test: tests/run.sh [ctest arguments]. Installs and builds what is missing first.
+# Runs every test of the release build: tests/run.sh [ctest arguments], for example -L quick.
+# Installs and builds what is missing first.
 set -euo pipefail
 . "$(dirname "$0")/../scenes/prepare.sh" all
 say "testing"

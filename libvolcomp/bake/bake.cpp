@@ -5,24 +5,24 @@
 
 #include <fmt/format.h>
 
-#include "volcomp/base/error.h"
 #include "volcomp/bake/rasterise.h"
+#include "volcomp/base/error.h"
+#include "volcomp/base/text.h"
 
 namespace volcomp {
 namespace {
 
-constexpr double kVoxelsAcross = 256;
+constexpr double kVoxelsAcross =
+    256; ///< at most, along the longest side, if the rule gives no voxel
 
 const Material& find(const std::vector<Material>& materials, const std::string& name,
                      const std::string& box)
 {
-    std::string known;
-    for (const Material& m : materials) {
+    for (const Material& m : materials)
         if (m.name == name) return m;
-        known += (known.empty() ? "" : ", ") + m.name;
-    }
     throw Error(fmt::format("box {}: expected the name of a material ({}), found '{}'", box,
-                            known.empty() ? "the scene has none" : known, name));
+                            materials.empty() ? "the scene has none" : joined(namesOf(materials)),
+                            name));
 }
 
 } // namespace
@@ -52,24 +52,23 @@ double voxelFor(const Skeleton& skeleton)
     return std::max({0.5 * thin, longest / kVoxelsAcross, kSmallestVoxel});
 }
 
-Box bake(const GrowthRule& primitive, const std::vector<Material>& materials, int variant,
+Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int variant,
          const Progress& progress)
 {
-    primitive.validate();
-    if (variant < 0 || variant >= primitive.variants)
-        throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", primitive.name,
-                                primitive.variants - 1, variant));
-    for (const GrowthLevel& level : primitive.levels)
-        find(materials, level.material.empty() ? primitive.material : level.material,
-             primitive.name);
-    Skeleton skeleton = grow(primitive, variant);
+    rule.validate();
+    if (variant < 0 || variant >= rule.variants)
+        throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", rule.name,
+                                rule.variants - 1, variant));
+    for (const GrowthLevel& level : rule.levels)
+        find(materials, level.material.empty() ? rule.material : level.material, rule.name);
+    Skeleton skeleton = grow(rule, variant);
     report(progress, 0.2);
-    const double voxel = primitive.voxel > 0 ? primitive.voxel : voxelFor(skeleton);
+    const double voxel = rule.voxel > 0 ? rule.voxel : voxelFor(skeleton);
     double segments = 0, finished = 0;
     for (const SkeletonPart& part : skeleton) segments += double(part.segments.size());
 
     Box box;
-    box.name = primitive.name;
+    box.name = rule.name;
     box.variant = variant;
     for (SkeletonPart& part : skeleton) {
         const double share = double(part.segments.size()) / std::max(1.0, segments);
@@ -79,32 +78,29 @@ Box bake(const GrowthRule& primitive, const std::vector<Material>& materials, in
         try {
             VolumePart result =
                 rasterise(part.segments, part.material,
-                          find(materials, part.material, primitive.name).kind, voxel, inner);
+                          find(materials, part.material, rule.name).kind, voxel, inner);
             if (result.density->activeVoxelCount() > 0 || skeleton.size() == 1)
                 box.volume.parts.push_back(std::move(result));
         } catch (const Error& e) {
-            throw Error(fmt::format("box {}: {}", primitive.name, e.what()));
+            throw Error(fmt::format("box {}: {}", rule.name, e.what()));
         }
         part.segments = {};
         finished += share;
     }
-    if (box.volume.parts
-            .empty()) // nothing grew: an empty volume is right, a volume without parts is none
+    if (box.volume.parts.empty()) // nothing grew: the volume is empty, but it has a part
         box.volume.parts.push_back(
-            rasterise({}, primitive.material,
-                      find(materials, primitive.material, primitive.name).kind, voxel));
+            rasterise({}, rule.material, find(materials, rule.material, rule.name).kind, voxel));
     report(progress, 1);
     return box;
 }
 
-openvdb::MetaMap boxMetadata(const GrowthRule& primitive, int variant)
+openvdb::MetaMap boxMetadata(const GrowthRule& rule, int variant)
 {
     openvdb::MetaMap meta;
-    meta.insertMeta("volcomp_box", openvdb::StringMetadata(primitive.name));
+    meta.insertMeta("volcomp_box", openvdb::StringMetadata(rule.name));
     meta.insertMeta("volcomp_variant", openvdb::Int32Metadata(variant + 1));
-    meta.insertMeta("volcomp_seed",
-                    openvdb::Int64Metadata(static_cast<std::int64_t>(primitive.seed)));
-    meta.insertMeta("volcomp_primitive", openvdb::StringMetadata(primitive.source));
+    meta.insertMeta("volcomp_seed", openvdb::Int64Metadata(static_cast<std::int64_t>(rule.seed)));
+    meta.insertMeta("volcomp_primitive", openvdb::StringMetadata(rule.source));
     return meta;
 }
 

@@ -1,4 +1,4 @@
-// From a primitive to a box of voxels, by coverage (MODEL sections 2 and 6): grow(), then
+// From a growth rule to a box of voxels, by coverage (MODEL sections 2 and 6): grow(), then
 // rasterise() for each material.
 #pragma once
 
@@ -12,19 +12,21 @@
 
 namespace volcomp {
 
-/// Grows and bakes variant `variant` (0 ... primitive.variants - 1). One part for each material
-/// that something grew of. Deterministic for any number of threads. The box is as large as what
-/// grows: nothing is cut off. Throws Error where the primitive is out of range, names an unknown
-/// material or would exceed its number of segments.
-Box bake(const GrowthRule& primitive, const std::vector<Material>& materials, int variant,
+/// Grows and bakes variant `variant` (0 ... rule.variants - 1). The box has one part for each
+/// material that something grew of, and one without voxels if nothing grew. It is as large as what
+/// grows: nothing is cut off. The same for any number of threads and on every machine. OpenVDB must
+/// have been started (openvdb::initialize). Throws Error if the rule is out of range, names an
+/// unknown material or would exceed its number of segments.
+Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int variant,
          const Progress& progress = {});
 
-/// Edge of a voxel for a primitive that gives none, metres: half the width of the thin pieces (the
-/// lower quartile by length), or 1/256 of the longest side of what it grows, whichever is larger:
-/// finer voxels would show what no picture of the whole box shows.
+/// Returns the edge of a voxel in metres for a rule that gives none: half the width of the thin
+/// pieces (the lower quartile by length), or 1/256 of the longest side of what grows, whichever is
+/// larger. Finer voxels would show what no picture of the whole box shows.
 double voxelFor(const Skeleton& skeleton);
 
-/// What a file says about the box that it holds: the primitive's parameters, as metadata.
-openvdb::MetaMap boxMetadata(const GrowthRule& primitive, int variant);
+/// Returns the metadata of a box's file: its name, variant (from 1), seed, and the rule as the
+/// scene has it.
+openvdb::MetaMap boxMetadata(const GrowthRule& rule, int variant);
 
 } // namespace volcomp

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "volcomp/base/interval.h"
+
 namespace volcomp::portable {
 namespace {
 
 static_assert(std::numeric_limits<double>::is_iec559 && FLT_EVAL_METHOD == 0,
               "boxes are the same on every machine only where double is IEEE 754's, unextended");
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kPi = 0x1.921fb54442d18p+1;
 
 // Taylor series of sin x = x + x^3 kSine(x^2) and cos x = 1 + x^2 kCosine(x^2); enough terms for
@@ -110,7 +111,7 @@ double acos(double x) { return 2 * portable::atan2(std::sqrt(1 - x), std::sqrt(1
 double exp(double x)
 {
     if (x < -708) return 0;
-    if (x > 709.7) return kInfinite;
+    if (x > 709.7) return kInfinity;
     const double k = std::floor(x * 0x1.71547652b82fep+0 + 0.5);
     const double r = (x - k * kLog2High) - k * kLog2Low;
     return std::ldexp(1 + (r + r * r * polynomial(kExponential, r)), static_cast<int>(k));
@@ -118,8 +119,8 @@ double exp(double x)
 
 double log(double x)
 {
-    if (!(x > 0)) return x == 0 ? -kInfinite : std::numeric_limits<double>::quiet_NaN();
-    if (x == kInfinite) return x;
+    if (!(x > 0)) return x == 0 ? -kInfinity : std::numeric_limits<double>::quiet_NaN();
+    if (x == kInfinity) return x;
     int exponent = 0;
     double m = std::frexp(x, &exponent);
     if (m < 0x1.6a09e667f3bcdp-1) { // sqrt(1/2): m in [0.707, 1.414]

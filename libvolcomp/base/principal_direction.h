@@ -10,8 +10,8 @@
 
 namespace volcomp {
 
-/// A symmetric 3x3 matrix; for directions the sum of w t tᵀ, which has no sign and eigenvalues >=
-/// 0.
+/// A symmetric 3x3 matrix. For directions it is the sum of w t tᵀ, which is the same for t and -t
+/// and has eigenvalues >= 0.
 struct SymmetricTensor {
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
@@ -27,16 +27,20 @@ struct SymmetricTensor {
     double trace() const { return xx + yy + zz; }
 };
 
-/// What a voxel stores: direction * (1 - spread), see VolumePart::direction.
+/// The largest eigenvector of a tensor with the eigenvalues l1 >= l2 >= l3, and how far directions
+/// spread around it. A tensor of nothing has a zero direction and a spread of 1.
 struct Principal {
-    Vec3d direction{
-        0.0}; ///< unit, its largest component positive; zero where the tensor holds nothing
-    double spread = 1; ///< sqrt((l2 + l3) / (2 l1)), 0 to 1; 1 where the tensor holds nothing
+    Vec3d direction{0.0}; ///< unit, its largest component positive
+    double spread = 1;    ///< sqrt((l2 + l3) / (2 l1)), 0 to 1
 
+    /// What a voxel stores, see VolumePart::direction.
     Vec3d stored() const { return direction * (1 - spread); }
 };
 
-/// Cyclic Jacobi rotations: slower than the closed form, exact for equal eigenvalues too.
+/// Sets the eigenvalues, largest first, and their unit eigenvectors, by cyclic Jacobi rotations:
+/// slower than the closed form, but exact also if eigenvalues are equal. OpenVDB's
+/// diagonalizeSymmetricMatrix is no substitute: if all off-diagonal elements are between 1e-15 and
+/// 1e-14 of the diagonal, it rotates an axis into itself and returns an eigenvector of length 0.7.
 inline void jacobiEigen(const SymmetricTensor& s, double values[3], Vec3d vectors[3])
 {
     double a[3][3] = {{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}};
@@ -76,10 +80,11 @@ inline void jacobiEigen(const SymmetricTensor& s, double values[3], Vec3d vector
     }
 }
 
-/// The largest eigenvector of a tensor with eigenvalues >= 0, and the spread around it. Where the
-/// two largest eigenvalues are equal (to 1e-6), the vector of their plane nearest to `preferred`,
-/// if that is given and has a part in the plane. Closed form (Smith, Eigenvalues of a symmetric 3x3
-/// matrix, CACM 1961) where the largest eigenvalue stands alone, Jacobi otherwise.
+/// Returns the principal direction of a tensor with eigenvalues >= 0. If the two largest
+/// eigenvalues are equal (to 1e-6), the direction is the vector of their plane that is nearest to
+/// `preferred`, provided that it is given and not perpendicular to the plane. Uses the closed form
+/// (Smith, Eigenvalues of a symmetric 3x3 matrix, CACM 1961) if the largest eigenvalue stands
+/// alone, Jacobi rotations otherwise.
 inline Principal principalDirection(const SymmetricTensor& tensor, const Vec3d* preferred = nullptr)
 {
     const double scale = std::max({tensor.xx, tensor.yy, tensor.zz});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "volcomp/base/interval.h"
 #include "volcomp/base/vec.h"
 
 namespace volcomp {
@@ -21,7 +22,7 @@ inline LineRange clippedToBox(LineRange range, const Vec3d& origin, const Vec3d&
 {
     for (int k = 0; k < 3; ++k) {
         if (direction[k] == 0) {
-            if (origin[k] < low[k] || origin[k] >= high[k]) return {range.end, range.begin};
+            if (origin[k] < low[k] || origin[k] >= high[k]) return {kInfinity, -kInfinity};
             continue;
         }
         const double u = (low[k] - origin[k]) / direction[k],

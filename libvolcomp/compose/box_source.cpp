@@ -7,30 +7,34 @@
 #include <optional>
 #include <tuple>
 
-#include "volcomp/base/principal_direction.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/node_index.h"
+#include "volcomp/base/principal_direction.h"
 
 namespace volcomp {
 
 namespace {
 
-/// Sets a voxel's directions from one of length 1 - spread; from no direction: as much in all.
+/// Sets v and iso from a stored direction, whose length is 1 - spread. Without a direction (length
+/// 0) the sum is the same in all directions. v.density() must be set.
 void setDirection(SourceVoxel& v, const Vec3f& d)
 {
-    v.iso = v.density / 3;
+    v.iso() = v.density() / 3;
     const float length = d.length();
     if (!(length > 1e-6f)) return;
     const float spread = std::max(0.0f, 1 - length);
-    const float largest = v.density / (1 + 2 * spread * spread); // the largest eigenvalue
+    const float largest = v.density() / (1 + 2 * spread * spread); // the largest eigenvalue
     const float along = std::sqrt(std::max(0.0f, largest * (1 - spread * spread))) / length;
-    for (int i = 0; i < 3; ++i) v.v[i] = along * d[i];
-    v.iso = largest * spread * spread;
+    for (int i = 0; i < 3; ++i) v.direction()[i] = along * d[i];
+    v.iso() = largest * spread * spread;
 }
 
-void append(SourcePart& s, float x, float y, float z, const SourceVoxel& v)
+void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v)
 {
-    s.x.push_back(x), s.y.push_back(y), s.z.push_back(z);
-    s.voxels.push_back(v);
+    part.x.push_back(place[0]);
+    part.y.push_back(place[1]);
+    part.z.push_back(place[2]);
+    part.voxels.push_back(v);
 }
 
 SourceBounds united(const SourceBounds& a, const SourceBounds& b)
@@ -40,8 +44,8 @@ SourceBounds united(const SourceBounds& a, const SourceBounds& b)
     return {(low + high) * 0.5f, (high - low) * 0.5f};
 }
 
-/// Every third bit, for the lowest 21.
-std::uint64_t spread(std::uint64_t v)
+/// Moves the lowest 21 bits apart: bit i becomes bit 3 i.
+std::uint64_t everyThirdBit(std::uint64_t v)
 {
     v &= 0x1fffff;
     v = (v | v << 32) & 0x1f00000000ffff;
@@ -51,11 +55,13 @@ std::uint64_t spread(std::uint64_t v)
     return (v | v << 2) & 0x1249249249249249;
 }
 
-/// The coordinates bit by bit in turn: sorted by it, neighbours stay together (Morton 1966).
+/// The bits of the coordinates in turn (Morton, A computer oriented geodetic data base, 1966).
+/// Voxels that are sorted by this key have their neighbours close in the list. For coordinates from
+/// -2^20 to 2^20 - 1.
 std::uint64_t mortonKey(std::int32_t x, std::int32_t y, std::int32_t z)
 {
     const auto biased = [](std::int32_t v) {
-        return spread(std::uint64_t(std::int64_t(v) + (1 << 20)));
+        return everyThirdBit(std::uint64_t(std::int64_t(v) + (1 << 20)));
     };
     return biased(x) << 2 | biased(y) << 1 | biased(z);
 }
@@ -68,14 +74,12 @@ void append(BoundsList& list, const SourceBounds& b)
     }
 }
 
-/// Pads the lists, and finds the bounds of runs, of their groups and of all.
-void setBounds(SourcePart& s)
+/// Bounds of each kRun voxels' cubes.
+std::vector<SourceBounds> boundsOfRuns(const SourcePart& s)
 {
+    constexpr auto kRun = static_cast<std::size_t>(SourcePart::kRun);
     const std::size_t count = s.voxels.size();
-    if (count == 0) return;
-    constexpr auto kRun = static_cast<std::size_t>(SourcePart::kRun),
-                   kTogether = static_cast<std::size_t>(BoundsList::kTogether);
-    std::vector<SourceBounds> members;
+    std::vector<SourceBounds> bounds;
     for (std::size_t begin = 0; begin < count; begin += kRun) {
         Vec3f low(std::numeric_limits<float>::max()), high(-std::numeric_limits<float>::max());
         for (std::size_t k = begin; k < std::min(begin + kRun, count); ++k) {
@@ -83,12 +87,22 @@ void setBounds(SourcePart& s)
             low = openvdb::math::minComponent(low, p);
             high = openvdb::math::maxComponent(high, p);
         }
-        members.push_back({(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f)});
+        bounds.push_back({(low + high) * 0.5f, (high - low) * 0.5f + Vec3f(0.5f)});
     }
-    for (std::vector<float>* c : {&s.x, &s.y, &s.z})
-        c->resize((count + kRun - 1) / kRun * kRun, 1e30f);
+    return bounds;
+}
+
+/// Finds the bounds of runs, of groups and of all, and pads the lists. To be called when all voxels
+/// are in `s`.
+void setBounds(SourcePart& s)
+{
     s.bounds_of.clear();
-    while (true) {
+    if (s.voxels.empty()) return;
+    constexpr auto kTogether = static_cast<std::size_t>(BoundsList::kTogether);
+    std::vector<SourceBounds> members = boundsOfRuns(s);
+    for (std::vector<float>* c : {&s.x, &s.y, &s.z})
+        c->resize(members.size() * SourcePart::kRun, 1e30f);
+    do {
         BoundsList& list = s.bounds_of.emplace_back();
         std::vector<SourceBounds> groups;
         for (std::size_t i = 0; i < members.size(); ++i) {
@@ -98,9 +112,138 @@ void setBounds(SourcePart& s)
         }
         while (list.size() % kTogether != 0) append(list, {Vec3f(0.0f), Vec3f(-1e30f)});
         members = std::move(groups);
-        if (members.size() == 1) break;
-    }
+    } while (members.size() > 1);
     s.bounds = members[0];
+}
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
+
+/// The leaves of a tree, sorted so that neighbours are close.
+std::vector<const Leaf*> leavesInMortonOrder(const openvdb::FloatTree& tree)
+{
+    std::vector<std::pair<std::uint64_t, const Leaf*>> keys;
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+        const openvdb::Coord c = leaf->origin();
+        keys.emplace_back(mortonKey(c[0] >> 3, c[1] >> 3, c[2] >> 3), leaf.getLeaf());
+    }
+    std::stable_sort(keys.begin(), keys.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<const Leaf*> leaves;
+    for (const auto& [key, leaf] : keys) leaves.push_back(leaf);
+    return leaves;
+}
+
+/// The numbers of a leaf's voxels, sorted so that neighbours are close.
+std::array<openvdb::Index, kLeafSize> voxelsInMortonOrder()
+{
+    std::array<openvdb::Index, kLeafSize> order{};
+    for (openvdb::Index i = 0; i < kLeafSize; ++i) {
+        const openvdb::Coord c = Leaf::offsetToLocalCoord(i);
+        order[mortonKey(c[0], c[1], c[2]) & (kLeafSize - 1)] = i;
+    }
+    return order;
+}
+
+/// Throws if the voxels are not cubes or voxel (0,0,0) is not at the origin. `place` begins the
+/// message.
+void checkTransform(const openvdb::FloatGrid& grid, const std::string& place)
+{
+    const double voxel = grid.voxelSize()[0];
+    const openvdb::Vec3d origin = grid.transform().indexToWorld(openvdb::Vec3d(0.0));
+    const openvdb::Vec3d one = grid.transform().indexToWorld(openvdb::Vec3d(1.0)) - origin;
+    if (!(voxel > 0) || (one - openvdb::Vec3d(voxel)).length() > 1e-6 * voxel
+        || origin.length() > 1e-6 * voxel)
+        throw Error(
+            place
+            + "expected cubic voxels whose (0,0,0) lies at the origin, found another transform");
+}
+
+/// Makes voxels of a part's grids.
+class VoxelReader {
+public:
+    VoxelReader(const VolumePart& part, std::string place)
+        : m_uniform(part.uniform_colour), m_place(std::move(place))
+    {
+        if (part.direction) m_direction.emplace(part.direction->getConstAccessor());
+        if (part.colour) m_colour.emplace(part.colour->getConstAccessor());
+    }
+
+    SourceVoxel read(const openvdb::Coord& c, float density)
+    {
+        SourceVoxel v;
+        v.density() = density;
+        setDirection(v, m_direction ? m_direction->getValue(c) : openvdb::Vec3s(0.0f));
+        const openvdb::Vec3s rgb = m_colour ? m_colour->getValue(c) : m_uniform;
+        for (int i = 0; i < 3; ++i) {
+            v.colour()[i] = density * rgb[i];
+            if (!std::isfinite(v.colour()[i] + v.direction()[i]))
+                throw Error(m_place + "expected finite colours and directions, found others");
+        }
+        return v;
+    }
+
+private:
+    std::optional<openvdb::Vec3SGrid::ConstAccessor> m_direction, m_colour;
+    Vec3f m_uniform;
+    std::string m_place; ///< begins messages
+};
+
+/// The density grid, with voxels instead of active tiles.
+openvdb::FloatGrid::ConstPtr withoutActiveTiles(const openvdb::FloatGrid::ConstPtr& density)
+{
+    if (!density->tree().hasActiveTiles()) return density;
+    const auto copy = density->deepCopy();
+    copy->tree().voxelizeActiveTiles();
+    return copy;
+}
+
+/// A voxel of a part and the coarser voxel into which it falls.
+struct Fine {
+    std::uint64_t key; ///< mortonKey() of the coarser voxel
+    std::array<std::int32_t, 3> coarse;
+    std::uint32_t voxel;
+
+    bool operator<(const Fine& other) const
+    {
+        return std::tie(key, coarse, voxel) < std::tie(other.key, other.coarse, other.voxel);
+    }
+};
+
+/// All voxels of a part, those of one coarser voxel together.
+std::vector<Fine> sortedByCoarse(const SourcePart& part)
+{
+    const auto coarse = [&](float x) {
+        return static_cast<std::int32_t>(std::floor(double(x) / 2 + part.shift / 2));
+    };
+    std::vector<Fine> fine;
+    fine.reserve(part.voxels.size());
+    for (std::size_t k = 0; k < part.voxels.size(); ++k) {
+        const std::array<std::int32_t, 3> c{coarse(part.x[k]), coarse(part.y[k]),
+                                            coarse(part.z[k])};
+        fine.push_back({mortonKey(c[0], c[1], c[2]), c, static_cast<std::uint32_t>(k)});
+    }
+    std::sort(fine.begin(), fine.end());
+    return fine;
+}
+
+/// Appends the sum of the voxels [begin, end) of `from` as one voxel of twice the edge, at their
+/// centre of mass.
+void appendSum(const SourcePart& from, const Fine* begin, const Fine* end, SourcePart& to)
+{
+    SourceVoxel sum;
+    SymmetricTensor tensor;
+    Vec3d moment(0.0);
+    for (const Fine* f = begin; f != end; ++f) {
+        const std::uint32_t k = f->voxel;
+        const SourceVoxel& v = from.voxels[k];
+        sum.density() += v.density() / 8;
+        moment += Vec3d(from.x[k], from.y[k], from.z[k]) * (v.density() / 16.0);
+        tensor.add(1, Vec3d(v.direction()[0], v.direction()[1], v.direction()[2]));
+        tensor.xx += v.iso(), tensor.yy += v.iso(), tensor.zz += v.iso();
+        for (int c = 0; c < 3; ++c) sum.colour()[c] += v.colour()[c] / 8;
+    }
+    setDirection(sum, Vec3f(principalDirection(tensor).stored()));
+    append(to, Vec3f(moment / sum.density()), sum);
 }
 
 } // namespace
@@ -108,6 +251,7 @@ void setBounds(SourcePart& s)
 SourcePart packPart(const VolumePart& part, const std::string& box_name)
 {
     const std::string place = "box '" + box_name + "': ";
+    checkTransform(*part.density, place);
     SourcePart s;
     s.material = part.material;
     s.kind = part.kind;
@@ -115,37 +259,10 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     s.has_colour = part.colour != nullptr;
     s.colour = part.uniform_colour;
     s.voxel = part.density->voxelSize()[0];
-    const openvdb::Vec3d origin = part.density->transform().indexToWorld(openvdb::Vec3d(0.0));
-    const openvdb::Vec3d one = part.density->transform().indexToWorld(openvdb::Vec3d(1.0)) - origin;
-    if (!(s.voxel > 0) || (one - openvdb::Vec3d(s.voxel)).length() > 1e-6 * s.voxel
-        || origin.length() > 1e-6 * s.voxel)
-        throw Error(
-            place
-            + "expected cubic voxels whose (0,0,0) lies at the origin, found another transform");
-
-    openvdb::FloatGrid::ConstPtr density = part.density;
-    if (density->tree().hasActiveTiles()) {
-        const auto copy = density->deepCopy();
-        copy->tree().voxelizeActiveTiles();
-        density = copy;
-    }
-    std::optional<openvdb::Vec3SGrid::ConstAccessor> direction, colour;
-    if (part.direction) direction.emplace(part.direction->getConstAccessor());
-    if (part.colour) colour.emplace(part.colour->getConstAccessor());
-    using Leaf = openvdb::FloatTree::LeafNodeType;
-    std::vector<std::pair<std::uint64_t, const Leaf*>> leaves;
-    for (auto leaf = density->tree().cbeginLeaf(); leaf; ++leaf) {
-        const openvdb::Coord c = leaf->origin();
-        leaves.emplace_back(mortonKey(c[0] >> 3, c[1] >> 3, c[2] >> 3), leaf.getLeaf());
-    }
-    std::stable_sort(leaves.begin(), leaves.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::array<openvdb::Index, Leaf::SIZE> order; // of a leaf's voxels
-    for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-        const openvdb::Coord c = Leaf::offsetToLocalCoord(i);
-        order[mortonKey(c[0], c[1], c[2]) & (Leaf::SIZE - 1)] = i;
-    }
-    for (const auto& [key, leaf] : leaves)
+    const openvdb::FloatGrid::ConstPtr density = withoutActiveTiles(part.density);
+    const std::array<openvdb::Index, kLeafSize> order = voxelsInMortonOrder();
+    VoxelReader reader(part, place);
+    for (const Leaf* leaf : leavesInMortonOrder(density->tree()))
         for (const openvdb::Index i : order) {
             if (!leaf->isValueOn(i)) continue;
             const float rho = leaf->getValue(i);
@@ -154,16 +271,7 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
                             + "expected densities that are finite and not negative, found others");
             if (rho == 0) continue;
             const openvdb::Coord c = leaf->offsetToGlobalCoord(i);
-            SourceVoxel v;
-            v.density = rho;
-            setDirection(v, direction ? direction->getValue(c) : openvdb::Vec3s(0.0f));
-            const openvdb::Vec3s rgb = colour ? colour->getValue(c) : s.colour;
-            for (int a = 0; a < 3; ++a) {
-                v.colour[a] = rho * rgb[a];
-                if (!std::isfinite(v.colour[a] + v.v[a]))
-                    throw Error(place + "expected finite colours and directions, found others");
-            }
-            append(s, float(c[0]), float(c[1]), float(c[2]), v);
+            append(s, Vec3f(c.asVec3s()), reader.read(c, rho));
         }
     setBounds(s);
     return s;
@@ -171,47 +279,19 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
 
 SourcePart coarsen(const SourcePart& part)
 {
-    SourcePart s = part;
+    SourcePart s;
+    s.material = part.material;
+    s.kind = part.kind;
+    s.has_direction = part.has_direction;
+    s.has_colour = part.has_colour;
+    s.colour = part.colour;
     s.voxel = 2 * part.voxel;
-    s.voxels.clear();
-    s.x.clear(), s.y.clear(), s.z.clear();
-    struct Cell {
-        std::uint64_t key;
-        std::int32_t x, y, z;
-        std::uint32_t voxel;
-    };
-    std::vector<Cell> cells;
-    for (std::uint32_t k = 0; k < part.voxels.size(); ++k) {
-        const auto half = [&](float x) {
-            return static_cast<std::int32_t>(std::floor(double(x) / 2 + part.shift / 2));
-        };
-        const std::int32_t x = half(part.x[k]), y = half(part.y[k]), z = half(part.z[k]);
-        cells.push_back({mortonKey(x, y, z), x, y, z, k});
-    }
-    const auto placeOf = [](const Cell& c) { return std::array<std::int32_t, 3>{c.x, c.y, c.z}; };
-    std::sort(cells.begin(), cells.end(), [&](const Cell& a, const Cell& b) {
-        return std::make_tuple(a.key, placeOf(a), a.voxel)
-            < std::make_tuple(b.key, placeOf(b), b.voxel);
-    });
     s.shift = part.shift / 2;
-    for (std::size_t i = 0; i < cells.size();) {
-        std::size_t end = i;
-        SourceVoxel v;
-        SymmetricTensor tensor;
-        Vec3d moment(0.0);
-        while (end < cells.size() && placeOf(cells[end]) == placeOf(cells[i])) {
-            const std::uint32_t k = cells[end++].voxel;
-            const SourceVoxel& from = part.voxels[k];
-            v.density += from.density / 8;
-            moment += Vec3d(part.x[k], part.y[k], part.z[k]) * (from.density / 16.0);
-            tensor.add(1, Vec3d(from.v[0], from.v[1], from.v[2]));
-            tensor.xx += from.iso, tensor.yy += from.iso, tensor.zz += from.iso;
-            for (int c = 0; c < 3; ++c) v.colour[c] += from.colour[c] / 8;
-        }
-        setDirection(v, Vec3f(principalDirection(tensor).stored()));
-        append(s, float(moment[0] / v.density), float(moment[1] / v.density),
-               float(moment[2] / v.density), v);
-        i = end;
+    const std::vector<Fine> fine = sortedByCoarse(part);
+    const Fine* const end = fine.data() + fine.size();
+    for (const Fine *first = fine.data(), *next; first != end; first = next) {
+        next = std::find_if(first, end, [&](const Fine& f) { return f.coarse != first->coarse; });
+        appendSum(part, first, next, s);
     }
     setBounds(s);
     return s;

@@ -1,4 +1,4 @@
-// A box's voxels packed for adding: what compose() walks through for every placement.
+// The voxels of a box as a list, which compose() walks through once for every placement and tile.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,35 @@
 
 namespace volcomp {
 
-/// What an active voxel holds. Its directions, as a sum of w t tᵀ with trace `density`, are v vᵀ +
-/// iso I: what a direction of length 1 - s stood for (volume.h), the eigenvalues across it taken as
-/// equal.
+/// What an active voxel holds. The sum of its directions, as w t tᵀ with trace `density`, is
+/// v vᵀ + iso I: what a direction of length 1 - spread stands for (volume.h), if the two
+/// eigenvalues across it are equal. The entries of `values` are named by their first index.
 struct alignas(16) SourceVoxel {
-    float v[3] = {0, 0, 0}, iso = 0;
-    float colour[3] = {0, 0, 0}; ///< times density
-    float density = 0;           ///< 1 / box length, > 0
+    static constexpr int kDirection = 0, kIso = 3; ///< v and iso
+    static constexpr int kColour = 4;              ///< red, green, blue, each times density
+    static constexpr int kDensity = 7;             ///< 1 / box length, > 0
+
+    float values[8] = {};
+
+    float* direction() { return values + kDirection; }
+    const float* direction() const { return values + kDirection; }
+    float& iso() { return values[kIso]; }
+    float iso() const { return values[kIso]; }
+    float* colour() { return values + kColour; }
+    const float* colour() const { return values + kColour; }
+    float& density() { return values[kDensity]; }
+    float density() const { return values[kDensity]; }
 };
 
-/// A cuboid along the box's axes, voxels of the part.
+/// A cuboid along the box's axes, in voxels of the part.
 struct SourceBounds {
-    Vec3f centre, half;
+    Vec3f centre, half; ///< and half its edges
 };
 
-/// Bounds of many, component by component: centre x, y, z, half x, y, z.
+/// Bounds of many, component by component: centre x, y, z, half x, y, z. The length is a multiple
+/// of kTogether; bounds that fill the list up are empty.
 struct BoundsList {
-    static constexpr int kTogether =
-        16; ///< length is a multiple of it; bounds beyond the last are empty
+    static constexpr int kTogether = 16;
     std::vector<float> values[6];
 
     std::size_t size() const { return values[0].size(); }
@@ -35,31 +46,35 @@ struct BoundsList {
 
 /// One material of a box.
 struct SourcePart {
+    static constexpr int kRun = 16;
+
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
     double voxel = 1; ///< edge, box length
     bool has_direction = false;
-    bool has_colour = false; ///< false: `colour` everywhere
+    bool has_colour = false; ///< false: every voxel has `colour`
     Vec3f colour{1.0f};
     SourceBounds bounds{Vec3f(0.0f), Vec3f(0.0f)}; ///< of all voxels' cubes
-    float shift =
-        0.5f; ///< voxel i holds what lies in [i - shift, i + 1 - shift), voxels of the part
-    static constexpr int kRun = 16;
-    std::vector<SourceVoxel> voxels; ///< neighbours in the list are neighbours in space
-    std::vector<float> x, y, z; ///< their centres, in voxels of the part; padded to a multiple of
-                                ///< kRun with places far away
-    std::vector<BoundsList> bounds_of; ///< [0]: of the cubes of each kRun voxels; further: of each
-                                       ///< kTogether of the bounds before
+    /// Voxel i holds what lies in [i - shift, i + 1 - shift), in voxels of the part.
+    float shift = 0.5f;
+    std::vector<SourceVoxel> voxels; ///< neighbours in space are close in the list
+    /// Centres of the voxels, in voxels of the part. Places far away fill the lists up to a
+    /// multiple of kRun.
+    std::vector<float> x, y, z;
+    /// [0] has the bounds of each kRun voxels' cubes, [n] those of each kTogether bounds of [n -
+    /// 1]. The last list holds at most kTogether. Empty if there are no voxels.
+    std::vector<BoundsList> bounds_of;
 };
 
-/// Packs the active voxels of positive density. Active tiles become voxels. Throws Error for NaN,
-/// infinite or negative densities, and where the grid's transform is not a uniform scale alone.
+/// Packs the active voxels of positive density. Active tiles become voxels. Throws Error if a
+/// density is negative or anything is not finite, or if the grid's transform is not a uniform scale
+/// alone. The message names the box.
 SourcePart packPart(const VolumePart& part, const std::string& box_name);
 
-/// The same with voxels of twice the edge, at the centre of mass of what they hold: density,
-/// directions and colours are summed, so the integral and the place of thin things are kept. Eight
-/// directions become one with its spread. For targets so coarse that the finer voxels would all
-/// fall into one.
+/// Returns the part with voxels of twice the edge, each at the centre of mass of what it holds.
+/// Density, directions and colours are summed, so the integral and the place of thin things are
+/// kept; the directions of up to eight voxels become one with its spread. For targets so coarse
+/// that the finer voxels of a place would all fall into one.
 SourcePart coarsen(const SourcePart& part);
 
 } // namespace volcomp

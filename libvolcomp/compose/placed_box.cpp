@@ -1,31 +1,19 @@
 #include "volcomp/compose/placed_box.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
-#include "volcomp/base/lanes.h"
 
 namespace volcomp {
 namespace {
 
-constexpr int kTile = TileAccumulator::kSize, kBatch = TileAccumulator::kBatch;
+constexpr int kTile = TileAccumulator::kSize;
 constexpr double kFarthest = double(1 << 24); ///< voxels from the origin
-constexpr float kSnap =
-    4096; ///< positions are multiples of 1/4096 voxel, so that aligned boxes stay aligned
-
-/// To the nearest multiple of 1/4096, for |x| < 1024; beyond it loses digits, and those voxels are
-/// not of the tile.
-Lanes snapped(Lanes x)
-{
-    constexpr float kShift = 1.5f * (1 << 23) / kSnap;
-    return (x + kShift) - kShift;
-}
-
-Four four(const float (&v)[3]) { return Four{v[0], v[1], v[2], 0}; }
 
 } // namespace
 
@@ -36,7 +24,8 @@ void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what,
     for (int i = 0; i < 3; ++i) {
         if (!(low[i] > -kFarthest && high[i] < kFarthest))
             throw Error(fmt::format(
-                "{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel or move the scene to its origin",
+                "{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel "
+                "or move the scene to its origin",
                 what, std::max(std::abs(low[i]), std::abs(high[i]))));
         from[i] = static_cast<int>(std::floor(low[i] / kTile));
         to[i] = static_cast<int>(std::floor(high[i] / kTile));
@@ -60,7 +49,7 @@ PlacedBox::PlacedBox(const Placement& p, const SourcePart& part, double voxel)
     m_divisions = step <= 1.5 ? 1 : static_cast<int>(std::ceil(step));
     const double exact = step / m_divisions;
     m_width = std::max(1.0f, std::round(static_cast<float>(exact) * kSnap)) / kSnap;
-    const double shrunk = exact / m_width; // what rounding the width took
+    const double shrunk = exact / m_width; // makes up for the rounding of the width
     m_density = static_cast<float>(shrunk * shrunk * shrunk / p.scale);
 }
 
@@ -90,8 +79,8 @@ void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit
     const double margin = 0.5 * m_width + 1e-3;
     const Vec3d centre = m_root + mapped(m_part.bounds.centre),
                 half = span(m_part.bounds.half) + Vec3d(margin);
-    // A tile that the bounds reach may still pass the turned box by: the tile's bounds along the
-    // box's axes say so.
+    // A tile that meets the bounds may still miss the turned box. Then their bounds along one of
+    // the box's axes do not meet.
     double reach[3];
     for (int a = 0; a < 3; ++a) {
         const double tile = 0.5 * kTile
@@ -110,151 +99,50 @@ void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit
     });
 }
 
-/// What adding to one tile needs at every voxel.
-struct PlacedBox::InTile {
-    const PlacedBox& box;
-    TileAccumulator& tile;
-    std::optional<TintWalk> walk;
-    float directions; ///< factor of the sum of t tᵀ
-    float root[3];    ///< in the tile's coordinates
-    Four turn[3], tint;
-    int waiting = 0;                     ///< cubes in the tile's batch
-    std::uint32_t voxel_of[kBatch] = {}; ///< their voxels
-    const VoxelSum* made =
-        nullptr; ///< what divided voxels hold; of others it is found when the batch is full
-
-    /// Adds what lies in those of a group of bounds that reach into the tile.
-    void addGroup(std::size_t level, std::size_t group)
-    {
-        constexpr float kHalf = 0.5f * kTile;
-        const BoundsList& list = box.m_part.bounds_of[level];
-        for (std::size_t first = group * BoundsList::kTogether;
-             first < (group + 1) * BoundsList::kTogether; first += kLanes) {
-            const auto at = [&](int c) { return lanesFrom(&list.values[c][first]); };
-            const Lanes c[3] = {at(0), at(1), at(2)}, h[3] = {at(3), at(4), at(5)};
-            IntLanes reaches = IntLanes{} - 1;
-            for (int i = 0; i < 3; ++i) {
-                const float ax = box.m_axes[0][i], ay = box.m_axes[1][i], az = box.m_axes[2][i];
-                const Lanes centre = (root[i] - kHalf) + ax * c[0] + ay * c[1] + az * c[2];
-                const Lanes half = (0.5f * box.m_width + 1e-3f + kHalf) + std::abs(ax) * h[0]
-                    + std::abs(ay) * h[1] + std::abs(az) * h[2];
-                reaches &= (centre <= half) & (-centre <= half);
-            }
-            for (unsigned left = bitsOf(reaches); left; left &= left - 1) {
-                const std::size_t i = first + static_cast<std::size_t>(__builtin_ctz(left));
-                if (level == 0) addRun(static_cast<std::uint32_t>(i * SourcePart::kRun));
-                else addGroup(level - 1, i);
-            }
+BoxInTile PlacedBox::inTile(const openvdb::Coord& tile_origin, float weight) const
+{
+    BoxInTile t{};
+    for (int i = 0; i < 3; ++i) t.root[i] = static_cast<float>(m_root[i] - tile_origin[i]);
+    for (int a = 0; a < 3; ++a) {
+        for (int i = 0; i < 3; ++i) {
+            t.axes[a][i] = m_axes[a][i];
+            t.turn[a][i] = m_turn[a][i];
+            t.turn_next[a][i] = m_turn[a][(i + 1) % 3];
         }
+        t.colour[a] = m_placement.tint[a] * m_density;
     }
-
-    void addRun(std::uint32_t begin)
-    {
-        const int divisions = box.m_divisions;
-        if (divisions == 1) {
-            findInside(begin, 0, 0, 0);
-            return;
-        }
-        VoxelSum sums[SourcePart::kRun];
-        const std::uint32_t end = std::min(begin + SourcePart::kRun,
-                                           static_cast<std::uint32_t>(box.m_part.voxels.size()));
-        for (std::uint32_t k = begin; k < end; ++k) makeSum(k, sums[k - begin]);
-        made = sums;
-        for (int x = 0; x < divisions; ++x)
-            for (int y = 0; y < divisions; ++y)
-                for (int z = 0; z < divisions; ++z) findInside(begin, float(x), float(y), float(z));
-        flush();
-        made = nullptr;
+    t.colour[3] = m_density;
+    t.divisions = m_divisions;
+    t.width = m_width;
+    t.direction = m_density * weight;
+    t.place[0] = m_part.x.data(), t.place[1] = m_part.y.data(), t.place[2] = m_part.z.data();
+    t.voxels = m_part.voxels.data();
+    t.voxel_count = static_cast<std::uint32_t>(m_part.voxels.size());
+    assert(m_part.bounds_of.size() <= BoxInTile::kMostLevels);
+    for (const BoundsList& list : m_part.bounds_of) {
+        for (int c = 0; c < 6; ++c) t.levels[t.level_count].values[c] = list.values[c].data();
+        ++t.level_count;
     }
-
-    /// Puts the cubes of a run's voxels that reach into the tile into the batch; of divided voxels,
-    /// those of one part.
-    void findInside(std::uint32_t begin, float part_x, float part_y, float part_z)
-    {
-        const float width = box.m_width, scale = 1 / float(box.m_divisions);
-        const float shift[3] = {(part_x + 0.5f) * scale - 0.5f, (part_y + 0.5f) * scale - 0.5f,
-                                (part_z + 0.5f) * scale - 0.5f};
-        TileAccumulator::Batch& batch = tile.batch();
-        for (std::uint32_t first = begin; first < begin + SourcePart::kRun; first += kLanes) {
-            const Lanes x = lanesFrom(&box.m_part.x[first]), y = lanesFrom(&box.m_part.y[first]),
-                        z = lanesFrom(&box.m_part.z[first]);
-            Lanes low[3];
-            IntLanes inside = IntLanes{} - 1;
-            for (int i = 0; i < 3; ++i) {
-                const float ax = box.m_axes[0][i], ay = box.m_axes[1][i], az = box.m_axes[2][i];
-                const float from =
-                    root[i] + (shift[0] * ax + shift[1] * ay + shift[2] * az) - 0.5f * width;
-                low[i] = snapped(from + (x * ax + y * ay + z * az));
-                inside &= (low[i] + width > 0)
-                    & (low[i] < float(TileAccumulator::kSize)); // TileAccumulator::reaches()
-            }
-            unsigned left = bitsOf(inside);
-            if (left == 0) continue;
-            if (waiting + kLanes > kBatch) flush();
-#ifdef __AVX512F__
-            const auto mask = static_cast<__mmask16>(left);
-            const auto pressed = [&](Lanes v) {
-                return _mm512_maskz_compress_ps(mask, reinterpret_cast<__m512>(v));
-            };
-            for (int i = 0; i < 3; ++i) _mm512_storeu_ps(&batch.low[i][waiting], pressed(low[i]));
-            const __m512i counted =
-                _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-            _mm512_storeu_si512(
-                &voxel_of[waiting],
-                _mm512_maskz_compress_epi32(
-                    mask, _mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), counted)));
-            waiting += __builtin_popcount(left);
-#else
-            for (; left; left &= left - 1, ++waiting) {
-                const int lane = __builtin_ctz(left);
-                for (int i = 0; i < 3; ++i) batch.low[i][waiting] = low[i][lane];
-                voxel_of[waiting] = first + static_cast<std::uint32_t>(lane);
-            }
-#endif
-        }
-    }
-
-    void flush()
-    {
-        VoxelSum* const sum = tile.batch().sum;
-        for (int k = 0; k < waiting; ++k)
-            if (made) sum[k] = made[voxel_of[k] % SourcePart::kRun];
-            else makeSum(voxel_of[k], sum[k]);
-        tile.add(waiting, box.m_width);
-        waiting = 0;
-    }
-
-    void makeSum(std::uint32_t voxel, VoxelSum& sum)
-    {
-        const SourceVoxel& v = box.m_part.voxels[voxel];
-        const Four t = v.v[0] * turn[0] + v.v[1] * turn[1] + v.v[2] * turn[2];
-        const Four next = __builtin_shufflevector(t, t, 1, 2, 0, 3);
-        Four colour = *reinterpret_cast<const Four*>(v.colour) * tint; // with density
-        if (walk) {
-            const Vec3f c = walk->at(
-                box.worldOf({box.m_part.x[voxel], box.m_part.y[voxel], box.m_part.z[voxel]}));
-            colour *= Four{c[0], c[1], c[2], 1};
-        }
-        *reinterpret_cast<Four*>(sum.diagonal) = (t * t + v.iso) * directions;
-        *reinterpret_cast<Four*>(sum.mixed) = t * next * directions;
-        *reinterpret_cast<Four*>(sum.colour) = colour;
-    }
-};
+    return t;
+}
 
 void PlacedBox::add(const openvdb::Coord& tile_origin, float weight, const VoxelTint* tint,
                     TileAccumulator& tile) const
 {
     if (m_part.voxels.empty()) return;
-    InTile t{*this, tile, {}, m_density * weight, {}, {}, {}};
-    for (int i = 0; i < 3; ++i) t.root[i] = static_cast<float>(m_root[i] - tile_origin[i]);
-    for (int a = 0; a < 3; ++a) {
-        t.turn[a] = four(m_turn[a]);
-        t.tint[a] = m_placement.tint[a] * m_density;
-    }
-    t.tint[3] = m_density;
-    if (tint) t.walk.emplace(*tint, m_placement.triangle);
-    t.addGroup(m_part.bounds_of.size() - 1, 0);
-    t.flush();
+    BoxInTile box = inTile(tile_origin, weight);
+    std::optional<BoxTint> box_tint;
+    if (tint) box.tint = &box_tint.emplace(*this, *tint);
+    addBox(box, tile);
+}
+
+BoxTint::BoxTint(const PlacedBox& box, const VoxelTint& tint) : m_box(box), m_walk(tint) { }
+
+void BoxTint::apply(std::uint32_t voxel, VoxelSum& sum)
+{
+    const SourcePart& part = m_box.m_part;
+    const Vec3f c = m_walk.at(m_box.worldOf({part.x[voxel], part.y[voxel], part.z[voxel]}));
+    for (int i = 0; i < 3; ++i) sum.values[VoxelSum::kColour + i] *= c[i];
 }
 
 } // namespace volcomp

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "volcomp/base/error.h"
-
 namespace volcomp {
 namespace {
 
@@ -52,12 +50,12 @@ void divide(const Corner& a, const Corner& b, const Corner& c, double share, con
 
 } // namespace
 
-Skin::Skin(const Surface& surface, const SkinSpec& spec)
-    : m_surface(&surface), m_spec(spec), m_colour(spec.maps, true)
+std::vector<Skin> skinsOf(const PlacedScene& scene)
 {
-    if (m_colour.usesUv() && !surface.hasUv())
-        throw Error(
-            "skin: its map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+    std::vector<Skin> skins;
+    for (const PlacedSurface& s : scene.surfaces)
+        if (!s.skin.material.empty()) skins.emplace_back(s);
+    return skins;
 }
 
 Vec3f Skin::colour(const SurfacePoint& p) const
@@ -97,7 +95,7 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
     const double area = (c[1].p - c[0].p).cross(c[2].p - c[0].p).length() / 2; // voxels
     if (!(area > 0)) return;
     const double density = -std::log(m_spec.transmittance) * area / voxel;
-    TileAccumulator::Batch& batch = tile.batch();
+    CubeBatch& batch = tile.batch();
     int count = 0;
     divide(c[0], c[1], c[2], 1.0, [&](const Corner& p, double share) {
         for (int i = 0; i < 3; ++i) {
@@ -106,14 +104,16 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
         }
         const SurfacePoint s = m_surface->at(triangle, p.b1, p.b2);
         VoxelSum& sum = batch.sum[count];
-        sum.density = static_cast<float>(density * share);
+        const auto w = static_cast<float>(density * share);
         const Vec3f n(s.normal), rgb = colour(s);
+        sum = {};
+        sum.values[VoxelSum::kDensity] = w;
         for (int i = 0; i < 3; ++i) {
-            sum.diagonal[i] = sum.density * n[i] * n[i];
-            sum.mixed[i] = sum.density * n[i] * n[(i + 1) % 3];
-            sum.colour[i] = sum.density * rgb[i];
+            sum.values[VoxelSum::kDiagonal + i] = w * n[i] * n[i];
+            sum.values[VoxelSum::kMixed + i] = w * n[i] * n[(i + 1) % 3];
+            sum.values[VoxelSum::kColour + i] = w * rgb[i];
         }
-        if (++count == TileAccumulator::kBatch) {
+        if (++count == CubeBatch::kSize) {
             tile.add(count, 1);
             count = 0;
         }

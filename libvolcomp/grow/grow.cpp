@@ -8,148 +8,20 @@
 
 #include "volcomp/base/portable_math.h"
 #include "volcomp/base/random.h"
+#include "volcomp/grow/strand.h"
 
 namespace volcomp {
 namespace {
 
-/// Heading t, upper side n, and b = t x n to the left. Orthonormal.
-struct Frame {
-    Vec3d t, n;
-    Vec3d b() const { return t.cross(n); }
-};
-
-/// v turned about the unit vector `axis` (Rodrigues).
-Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle)
-{
-    const double c = portable::cos(angle), s = portable::sin(angle);
-    return v * c + axis.cross(v) * s + axis * (axis.dot(v) * (1 - c));
-}
-
-void turn(Frame& f, const Vec3d& axis, double angle)
-{
-    f.t = turned(f.t, axis, angle);
-    f.n = turned(f.n, axis, angle);
-}
-
-/// Turns f.t towards `goal` by at most `angle` times the sine between them.
-void turnTowards(Frame& f, const Vec3d& goal, double angle)
-{
-    Vec3d axis = f.t.cross(goal);
-    const double sine = axis.length();
-    if (sine > 1e-9 && angle != 0) turn(f, axis / sine, angle * sine);
-}
-
-void orthonormalize(Frame& f)
-{
-    f.t.normalize();
-    f.n -= f.t * f.t.dot(f.n);
-    if (f.n.lengthSqr() < 1e-12)
-        f.n = f.t.cross(std::abs(f.t[0]) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 0, 1));
-    f.n.normalize();
-}
-
-/// A strand that is to grow: all that its level's parameters do not say.
-struct Strand {
-    Vec3d root{0.0};
-    Frame frame{Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
-    double length = 0, radius = 0;
-    std::uint64_t key = 0;
-    int generation = 1;
-    int clump = 0;
-};
-
-struct Node {
-    Vec3d p;
-    Frame frame;
-    double radius;
-};
-
-int drawCount(const GrowthLevel::Span& span, Random& random)
-{
-    return static_cast<int>(std::floor(random.uniform(span.first, span.second + 1 - 1e-9) + 1e-12));
-}
-
-double varied(double value, double deviation, Random& random)
-{
-    return value * std::clamp(1 + deviation * random.normal(), 0.1, 2.0);
-}
-
-/// Half widths of an outline at its nodes, greatest about 1, so that few pieces have the area of
-/// the smooth outline.
-std::vector<double> nodeWidths(Outline outline, int segments)
-{
-    constexpr int kSteps = 256;
-    double area = 0, pieces = 0;
-    for (int k = 0; k < kSteps; ++k) area += outlineWidth(outline, (k + 0.5) / kSteps) / kSteps;
-    std::vector<double> widths;
-    for (int k = 0; k <= segments; ++k)
-        widths.push_back(segments == 1 ? area : outlineWidth(outline, double(k) / segments));
-    for (int k = 0; k < segments; ++k) pieces += 0.5 * (widths[k] + widths[k + 1]) / segments;
-    for (double& w : widths) w *= area / pieces;
-    return widths;
-}
-
-/// The line of a strand, segments + 1 nodes, without curl, frizz and clump where `plain`.
-void trace(const GrowthLevel& level, const Strand& strand, bool plain, std::vector<Node>& nodes)
-{
-    Random random(hashKey(strand.key, 1));
-    const int n = level.segments;
-    const double step = strand.length / n;
-    const double bend = (level.bend + level.bend_variation * random.normal()) / n,
-                 wander = level.wander / std::sqrt(n);
-    nodes.clear();
-    Frame f = strand.frame;
-    Vec3d p = strand.root;
-    for (int i = 0; i <= n; ++i) {
-        nodes.push_back({p, f, strand.radius * (1 - level.taper * i / n)});
-        if (i == n) break;
-        turn(f, f.b(), -bend); // away from the upper side
-        if (level.comb != 0) turnTowards(f, Vec3d(1, 0, 0), level.comb / n);
-        if (wander > 0) {
-            turn(f, f.b(), wander * random.normal());
-            turn(f, f.n, wander * random.normal());
-        }
-        turnTowards(f, Vec3d(0, -1, 0), level.gravity / n);
-        turnTowards(f, Vec3d(0, 1, 0), level.light / n);
-        if (level.twist != 0) f.n = turned(f.n, f.t, level.twist / n);
-        orthonormalize(f);
-        p += f.t * step;
-    }
-    if (plain) return;
-    if (level.curl_radius > 0) {
-        const double phase = 2 * kPi * random.uniform(),
-                     radius = varied(level.curl_radius, 0.3, random);
-        for (int i = 1; i <= n;
-             ++i) { // the helix opens over the first quarter, so that the root stays
-            const double s = double(i) / n, a = phase + 2 * kPi * level.curl_turns * s,
-                         r = radius * std::min(1.0, 4 * s);
-            const Frame& g = nodes[i].frame;
-            nodes[i].p += g.n * (r * (portable::cos(a) - portable::cos(phase)))
-                + g.b() * (r * (portable::sin(a) - portable::sin(phase)));
-        }
-    }
-    if (level.frizz > 0) { // a random walk
-        Vec3d shift(0.0);
-        const double size = level.frizz * strand.length / std::sqrt(n);
-        for (int i = 1; i <= n; ++i) {
-            shift +=
-                (nodes[i].frame.n * random.normal() + nodes[i].frame.b() * random.normal()) * size;
-            nodes[i].p += shift;
-        }
-    }
-}
-
-/// Grows one level, generation by generation, and keeps its strands for the levels that stand on
-/// it.
+/// Grows one level after the other, each generation by generation, and keeps the strands of a level
+/// as long as another level stands on it.
 class Grower {
 public:
-    Grower(const GrowthRule& primitive, int variant)
-        : m_primitive(primitive),
-          m_key(hashKey(primitive.seed, static_cast<std::uint64_t>(variant)))
+    Grower(const GrowthRule& rule, int variant)
+        : m_rule(rule), m_key(hashKey(rule.seed, static_cast<std::uint64_t>(variant)))
     {
-        for (const GrowthLevel& level : primitive.levels) {
-            const std::string& material =
-                level.material.empty() ? primitive.material : level.material;
+        for (const GrowthLevel& level : rule.levels) {
+            const std::string& material = level.material.empty() ? rule.material : level.material;
             std::size_t part = 0;
             while (part < m_skeleton.size() && m_skeleton[part].material != material) ++part;
             if (part == m_skeleton.size()) {
@@ -158,17 +30,17 @@ public:
             }
             m_part.push_back(part);
         }
-        m_grown.resize(primitive.levels.size());
+        m_grown.resize(rule.levels.size());
     }
 
     Skeleton run()
     {
-        const std::size_t count = m_primitive.levels.size();
-        std::vector<std::size_t> last_use(
-            count); // a level's strands are dropped when nothing stands on them any more
+        const std::size_t count = m_rule.levels.size();
+        // The strands of a level are dropped when the last level that stands on them has grown.
+        std::vector<std::size_t> last_use(count);
         for (std::size_t i = 0; i < count; ++i) {
             last_use[i] = i;
-            if (const int parent = m_primitive.parentOf(i); parent >= 0) last_use[parent] = i;
+            if (const int parent = m_rule.parentOf(i); parent >= 0) last_use[parent] = i;
         }
         for (std::size_t i = 0; i < count; ++i) {
             grow(i, last_use[i] > i);
@@ -179,10 +51,11 @@ public:
     }
 
 private:
+    /// Grows all generations of a level; keeps its strands in m_grown if `keep`.
     void grow(std::size_t index, bool keep)
     {
-        const GrowthLevel& level = m_primitive.levels[index];
-        const int parent = m_primitive.parentOf(index);
+        const GrowthLevel& level = m_rule.levels[index];
+        const int parent = m_rule.parentOf(index);
         std::vector<Strand> strands;
         if (parent < 0) {
             strands = onGround(index);
@@ -191,7 +64,7 @@ private:
             for (const Strand& s : m_grown[parent])
                 if (s.generation >= level.on_depth.first && s.generation <= level.on_depth.second)
                     bearers.push_back(s);
-            strands = onStrands(bearers, m_primitive.levels[parent], index, false);
+            strands = onStrands(bearers, m_rule.levels[parent], index, false);
         }
         for (int generation = 1; !strands.empty(); ++generation) {
             draw(index, strands);
@@ -201,7 +74,8 @@ private:
         }
     }
 
-    /// Where roots stand evenly: the spiral of a sunflower, with jitter.
+    /// Returns root k of `count` that stand evenly on a disc: the spiral of a sunflower, with
+    /// jitter.
     static Vec3d groundPoint(double spread, int k, int count, Random& random)
     {
         const double r = spread * std::sqrt((k + 0.2 + 0.6 * random.uniform()) / count),
@@ -209,9 +83,10 @@ private:
         return {r * portable::cos(a), 0, r * portable::sin(a)};
     }
 
+    /// Returns the strands of a level that stands on the ground.
     std::vector<Strand> onGround(std::size_t index) const
     {
-        const GrowthLevel& level = m_primitive.levels[index];
+        const GrowthLevel& level = m_rule.levels[index];
         const std::uint64_t key = hashKey(m_key, index);
         Random random(hashKey(key, 0));
         const int count = drawCount(level.count, random);
@@ -228,8 +103,8 @@ private:
             const double outward = level.spread > 0
                 ? portable::atan2(s.root[2], s.root[0])
                 : k * level.divergence + 2 * kPi * r.uniform() * (count == 1);
-            place(level, s, outward + level.divergence_variation * r.normal(),
-                  r.uniform(level.angle.first, level.angle.second));
+            const double lean = r.uniform(level.angle.first, level.angle.second);
+            s.frame = leaning(outward + level.divergence_variation * r.normal(), lean);
             s.length = varied(level.length > 0 ? level.length : level.length_ratio,
                               level.length_variation, r);
             s.radius = level.radius > 0 ? level.radius : level.radius_ratio;
@@ -240,20 +115,20 @@ private:
         return strands;
     }
 
-    /// The frame of a strand on the ground that leans outwards at the azimuth `a`.
-    static void place(const GrowthLevel&, Strand& s, double a, double lean)
+    /// Returns the frame of a strand on the ground that leans by `lean` from +Y towards `azimuth`.
+    static Frame leaning(double azimuth, double lean)
     {
-        const Vec3d outward(portable::cos(a), 0, portable::sin(a));
-        s.frame.t = Vec3d(0, 1, 0) * portable::cos(lean) + outward * portable::sin(lean);
-        s.frame.n = Vec3d(0, 1, 0) * portable::sin(lean) - outward * portable::cos(lean);
+        const Vec3d outward(portable::cos(azimuth), 0, portable::sin(azimuth));
+        const double c = portable::cos(lean), s = portable::sin(lean);
+        return {Vec3d(0, 1, 0) * c + outward * s, Vec3d(0, 1, 0) * s - outward * c};
     }
 
-    /// The strands of level `index` that stand on `parents`, in the order of the parents.
+    /// Returns the strands of level `index` that stand on `parents`, in the order of the parents.
     std::vector<Strand> onStrands(const std::vector<Strand>& parents,
                                   const GrowthLevel& parent_level, std::size_t index,
                                   bool fork) const
     {
-        const GrowthLevel& level = m_primitive.levels[index];
+        const GrowthLevel& level = m_rule.levels[index];
         const GrowthLevel::Span span = fork ? level.fork : level.count;
         std::vector<std::size_t> first(parents.size() + 1, 0);
         for (std::size_t i = 0; i < parents.size(); ++i) {
@@ -275,6 +150,7 @@ private:
         return strands;
     }
 
+    /// Sets out[0 ... count - 1] to the strands of level `index` that stand on one parent.
     void bear(const GrowthLevel& level, const Strand& parent, const std::vector<Node>& nodes,
               std::size_t index, bool fork, int count, Strand* out) const
     {
@@ -292,50 +168,41 @@ private:
             const double jitter = level.whorl > 1 ? 0 : 0.5 * r.symmetric() * (start < end);
             const double u =
                 std::clamp(start + (end - start) * (place + 0.5 + jitter) / places, 0.0, 1.0);
-            const double at = u * double(nodes.size() - 1);
-            const std::size_t i = std::min(static_cast<std::size_t>(at), nodes.size() - 2);
-            const double f = at - double(i);
-            const Node &low = nodes[i], &high = nodes[i + 1];
-            s.root = low.p * (1 - f) + high.p * f;
-            Frame frame{low.frame.t * (1 - f) + high.frame.t * f,
-                        low.frame.n * (1 - f) + high.frame.n * f};
-            orthonormalize(frame);
-            const double parent_radius = low.radius * (1 - f) + high.radius * f;
-
-            const double angle =
-                r.uniform(level.angle.first, level.angle.second) * (1 + (level.angle_tip - 1) * u);
-            double azimuth = level.divergence_variation * r.normal();
-            if (level.planar)
-                azimuth += (level.whorl > 1 ? around : place) % 2 ? -kPi / 2 : kPi / 2;
-            else azimuth += azimuth0 + place * level.divergence + around * 2 * kPi / level.whorl;
-            const Vec3d radial = frame.n * portable::cos(azimuth) + frame.b() * portable::sin(azimuth);
-            s.frame.t = frame.t * portable::cos(angle) + radial * portable::sin(angle);
-            s.frame.n =
-                level.planar ? frame.n : frame.t * portable::sin(angle) - radial * portable::cos(angle);
-            orthonormalize(s.frame);
+            const Node node = nodeAt(nodes, u);
+            s.root = node.p;
+            s.frame = branching(level, node.frame, u, azimuth0, place, around, r);
             const double length =
                 fork || level.length == 0 ? parent.length * level.length_ratio : level.length;
             s.length = varied(length * (1 + (level.length_tip - 1) * u), level.length_variation, r);
-            s.radius =
-                fork || level.radius == 0 ? parent_radius * level.radius_ratio : level.radius;
-            if (level.facing > 0 && level.flat()) { // about its own axis, so that the face looks up
-                const Vec3d up = Vec3d(0, 1, 0) - s.frame.t * s.frame.t[1];
-                if (up.length() > 1e-6) {
-                    const Vec3d goal = up / up.length();
-                    s.frame.n = s.frame.n * (1 - level.facing) + goal * level.facing;
-                    orthonormalize(s.frame);
-                }
-            }
+            s.radius = fork || level.radius == 0 ? node.radius * level.radius_ratio : level.radius;
+            if (level.facing > 0 && level.flat()) s.frame.faceUp(level.facing);
         }
     }
 
-    /// Adds the segments of the strands to the level's part.
+    /// Returns the frame of a child at the fraction u of its parent, whose frame there is `parent`:
+    /// the child number `around` of the whorl number `place`. `azimuth0` is the first whorl's.
+    static Frame branching(const GrowthLevel& level, const Frame& parent, double u, double azimuth0,
+                           int place, int around, Random& random)
+    {
+        const double angle =
+            random.uniform(level.angle.first, level.angle.second) * (1 + (level.angle_tip - 1) * u);
+        double azimuth = level.divergence_variation * random.normal();
+        if (level.planar) azimuth += (level.whorl > 1 ? around : place) % 2 ? -kPi / 2 : kPi / 2;
+        else azimuth += azimuth0 + place * level.divergence + around * 2 * kPi / level.whorl;
+        const Vec3d radial =
+            parent.n * portable::cos(azimuth) + parent.b() * portable::sin(azimuth);
+        const double c = portable::cos(angle), s = portable::sin(angle);
+        Frame frame{parent.t * c + radial * s, level.planar ? parent.n : parent.t * s - radial * c};
+        frame.orthonormalize();
+        return frame;
+    }
+
+    /// Adds the segments of the strands to the part of the level's material.
     void draw(std::size_t index, const std::vector<Strand>& strands)
     {
-        const GrowthLevel& level = m_primitive.levels[index];
-        std::vector<std::vector<Node>>
-            guides; // the middle line of each clump, towards which its strands bend
-        if (m_primitive.parentOf(index) < 0 && level.clump > 0 && !strands.empty())
+        const GrowthLevel& level = m_rule.levels[index];
+        std::vector<std::vector<Node>> guides; // the middle line of each clump
+        if (m_rule.parentOf(index) < 0 && level.clump > 0 && !strands.empty())
             guides = clumpGuides(level, index);
         std::vector<Segment>& segments = m_skeleton[m_part[index]].segments;
         const std::size_t first = segments.size();
@@ -344,53 +211,61 @@ private:
         const std::vector<double> widths = nodeWidths(level.outline, level.segments);
         segments.resize(first + strands.size() * pieces);
         m_strands[m_part[index]] += static_cast<std::uint32_t>(strands.size());
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, strands.size(), 16),
-            [&](const tbb::blocked_range<std::size_t>& range) {
-                std::vector<Node> nodes;
-                for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                    const Strand& strand = strands[i];
-                    trace(level, strand, false, nodes);
-                    if (!guides.empty()) gather(level, guides[strand.clump], nodes);
-                    Random random(hashKey(strand.key, 2));
-                    const double brightness =
-                        std::clamp(1 + level.colour_variation * random.normal(), 0.0, 2.0);
-                    const double half_width = 0.5 * level.width_ratio * strand.length;
-                    for (std::size_t k = 0; k < pieces; ++k) {
-                        Segment& s = segments[first + i * pieces + k];
-                        const double s0 = double(k) / double(pieces),
-                                     s1 = double(k + 1) / double(pieces);
-                        s.a = Vec3f(nodes[k].p);
-                        s.b = Vec3f(nodes[k + 1].p);
-                        s.strand = first_strand + static_cast<std::uint32_t>(i);
-                        s.colour_a = Vec3f((level.colour_root * (1 - s0) + level.colour_tip * s0)
-                                           * brightness);
-                        s.colour_b = Vec3f((level.colour_root * (1 - s1) + level.colour_tip * s1)
-                                           * brightness);
-                        if (level.flat()) {
-                            const Vec3d axis = nodes[k + 1].p - nodes[k].p;
-                            Vec3d side =
-                                axis.cross((nodes[k].frame.n + nodes[k + 1].frame.n) * 0.5);
-                            if (side.length() > 0) side.normalize();
-                            s.side = Vec3f(side);
-                            s.size_a = static_cast<float>(half_width * widths[k]);
-                            s.size_b = static_cast<float>(half_width * widths[k + 1]);
-                        } else {
-                            s.size_a = static_cast<float>(nodes[k].radius);
-                            s.size_b = static_cast<float>(nodes[k + 1].radius);
-                        }
-                    }
-                }
-            });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, strands.size(), 16),
+                          [&](const tbb::blocked_range<std::size_t>& range) {
+                              std::vector<Node> nodes;
+                              for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                                  trace(level, strands[i], false, nodes);
+                                  if (!guides.empty())
+                                      gather(level, guides[strands[i].clump], nodes);
+                                  drawStrand(level, strands[i], nodes, widths,
+                                             first_strand + static_cast<std::uint32_t>(i),
+                                             &segments[first + i * pieces]);
+                              }
+                          });
+        const auto vanishes = [&](const Segment& s) {
+            return s.a == s.b || (level.flat() && !s.flat()) || std::max(s.size_a, s.size_b) <= 0;
+        };
         segments.erase(std::remove_if(segments.begin() + static_cast<std::ptrdiff_t>(first),
-                                      segments.end(),
-                                      [&](const Segment& s) {
-                                          return s.a == s.b || (level.flat() && !s.flat())
-                                              || std::max(s.size_a, s.size_b) <= 0;
-                                      }),
+                                      segments.end(), vanishes),
                        segments.end());
     }
 
+    /// Sets out[0 ... level.segments - 1] to the pieces of one strand.
+    static void drawStrand(const GrowthLevel& level, const Strand& strand,
+                           const std::vector<Node>& nodes, const std::vector<double>& widths,
+                           std::uint32_t number, Segment* out)
+    {
+        Random random(hashKey(strand.key, 2));
+        const double brightness =
+            std::clamp(1 + level.colour_variation * random.normal(), 0.0, 2.0);
+        const auto colourAt = [&](double s) {
+            return Vec3f((level.colour_root * (1 - s) + level.colour_tip * s) * brightness);
+        };
+        const double half_width = 0.5 * level.width_ratio * strand.length;
+        const std::size_t pieces = nodes.size() - 1;
+        for (std::size_t k = 0; k < pieces; ++k) {
+            const Node &low = nodes[k], &high = nodes[k + 1];
+            Segment& s = out[k];
+            s.a = Vec3f(low.p);
+            s.b = Vec3f(high.p);
+            s.strand = number;
+            s.colour_a = colourAt(double(k) / double(pieces));
+            s.colour_b = colourAt(double(k + 1) / double(pieces));
+            if (level.flat()) {
+                Vec3d side = (high.p - low.p).cross((low.frame.n + high.frame.n) * 0.5);
+                if (side.length() > 0) side.normalize();
+                s.side = Vec3f(side);
+                s.size_a = static_cast<float>(half_width * widths[k]);
+                s.size_b = static_cast<float>(half_width * widths[k + 1]);
+            } else {
+                s.size_a = static_cast<float>(low.radius);
+                s.size_b = static_cast<float>(high.radius);
+            }
+        }
+    }
+
+    /// Returns the middle line of each clump of a level on the ground.
     std::vector<std::vector<Node>> clumpGuides(const GrowthLevel& level, std::size_t index) const
     {
         Random random(hashKey(hashKey(m_key, index), 0));
@@ -402,13 +277,14 @@ private:
             s.key = hashKey(hashKey(m_key, index), (1ULL << 40) + static_cast<std::uint64_t>(k));
             const double lean = 0.5 * (level.angle.first + level.angle.second)
                 * std::min(1.0, s.root.length() / std::max(level.spread, 1e-30));
-            place(level, s, portable::atan2(s.root[2], s.root[0]), lean);
+            s.frame = leaning(portable::atan2(s.root[2], s.root[0]), lean);
             s.length = level.length > 0 ? level.length : level.length_ratio;
             trace(level, s, true, guides[k]);
         }
         return guides;
     }
 
+    /// Bends a strand towards the middle line of its clump, the more the nearer to the tip.
     static void gather(const GrowthLevel& level, const std::vector<Node>& guide,
                        std::vector<Node>& nodes)
     {
@@ -418,20 +294,20 @@ private:
         }
     }
 
-    const GrowthRule& m_primitive;
+    const GrowthRule& m_rule;
     std::uint64_t m_key;
-    std::vector<std::size_t> m_part;          ///< of each level
-    std::vector<std::uint32_t> m_strands;     ///< numbers given out in each part
-    std::vector<std::vector<Strand>> m_grown; ///< of each level that others stand on
+    std::vector<std::size_t> m_part;          ///< for each level, its part of m_skeleton
+    std::vector<std::uint32_t> m_strands;     ///< for each part, how many strands it has so far
+    std::vector<std::vector<Strand>> m_grown; ///< for each level that others stand on, its strands
     Skeleton m_skeleton;
 };
 
 } // namespace
 
-Skeleton grow(const GrowthRule& primitive, int variant)
+Skeleton grow(const GrowthRule& rule, int variant)
 {
-    primitive.validate();
-    return Grower(primitive, variant).run();
+    rule.validate();
+    return Grower(rule, variant).run();
 }
 
 } // namespace volcomp

@@ -2,184 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <limits>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <toml.hpp>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/srgb.h"
+#include "volcomp/base/text.h"
+#include "volcomp/scene/toml_state.h"
 
 namespace volcomp {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Levenshtein's edit distance.
-std::size_t distance(const std::string& a, const std::string& b)
-{
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t above = row[j];
-            row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
-            diagonal = above;
-        }
-    }
-    return row[b.size()];
-}
-
-std::string nearest(const std::string& word, const std::vector<std::string>& known)
-{
-    std::string best;
-    std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
-    for (const std::string& candidate : known)
-        if (const std::size_t d = distance(word, candidate);
-            d <= best_distance && (best.empty() || d < best_distance)) {
-            best = candidate;
-            best_distance = d;
-        }
-    return best;
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between)
-{
-    return fmt::format("{}", fmt::join(words, between));
-}
-
-std::string rangeText(Interval r)
-{
-    const bool low = std::isfinite(r.low), high = std::isfinite(r.high);
-    if (r.low == kPositive.low) return high ? fmt::format("> 0, <= {:g}", r.high) : "> 0";
-    if (low && high) return fmt::format("{:g} to {:g}", r.low, r.high);
-    if (low) return fmt::format(">= {:g}", r.low);
-    if (high) return fmt::format("<= {:g}", r.high);
-    return {};
-}
-
-std::string withRange(const std::string& type, Interval r)
-{
-    const std::string range = rangeText(r);
-    return range.empty() ? type : type + " " + range;
-}
-
-/// A message with the line of the file below it, and `note` under the value.
-std::string pointed(const std::string& message, const toml::value& at, const std::string& note)
-{
-    const std::string text = toml::format_error(message, at, note), prefix = "[error] ";
-    return text.rfind(prefix, 0) == 0 ? text.substr(prefix.size()) : text;
-}
-
 std::string vectorText(const Vec3d& v)
 {
     return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]);
 }
 
-double fromSrgb(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
-
+/// What a key that is absent reads as while describing.
 double lowest(Interval r) { return std::isfinite(r.low) ? r.low : 0; }
 
 } // namespace
-
-struct TableReader::State {
-    fs::path file;
-    std::string name; ///< dotted, as the documentation shows it
-    const toml::value* value = nullptr;
-    std::shared_ptr<const toml::value> root; ///< keeps `value` alive
-    std::vector<KeyDoc>* docs = nullptr;
-    mutable std::vector<std::string> known;
-
-    const toml::value* find(const Key& key) const
-    {
-        known.emplace_back(key.name);
-        if (!value || !value->contains(key.name)) return nullptr;
-        return &value->as_table().at(key.name);
-    }
-
-    std::string path(const char* key) const { return name.empty() ? key : name + "." + key; }
-
-    /// A table inside this one.
-    std::unique_ptr<State> child(std::string full_name, const toml::value* table) const
-    {
-        auto state = std::make_unique<State>();
-        state->file = file;
-        state->root = root;
-        state->name = std::move(full_name);
-        state->docs = docs;
-        state->value = table;
-        return state;
-    }
-
-    [[noreturn]] void fail(const toml::value& at, const char* key,
-                           const std::string& expected) const
-    {
-        throw Error(pointed(fmt::format("{}:{}: {}: expected {}, found {}", file.string(),
-                                        at.location().line(), path(key), expected, found(at)),
-                            at, "expected " + expected));
-    }
-
-    static std::string found(const toml::value& v)
-    {
-        std::string text = toml::format(v);
-        while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
-            text.pop_back();
-        if (text.size() > 60) text = text.substr(0, 57) + "...";
-        if (v.is_table()) return "a table";
-        return text;
-    }
-
-    void describe(const Key& key, std::string type, std::string fallback, std::string range) const
-    {
-        if (docs)
-            docs->push_back({name, key.name, std::move(type), std::move(fallback), std::move(range),
-                             key.unit, key.meaning});
-    }
-
-    /// Throws for an absent required key, unless describing.
-    void missing(const Key& key, const std::string& type) const
-    {
-        if (docs) return;
-        const std::string expected =
-            fmt::format("{} ({}{}{})", type, key.meaning, *key.unit ? ", " : "", key.unit);
-        std::string advice = fmt::format("add {} = ... to this table", key.name);
-        if (value)
-            for (const auto& [other, v] : value->as_table()) // close enough to be the key, misspelt
-                if (distance(other, key.name) <= std::strlen(key.name) / 3)
-                    advice = fmt::format("is '{}' meant to be '{}'?", other, key.name);
-        if (value && value->location().line() > 0 && !name.empty())
-            throw Error(pointed(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}",
-                                            file.string(), value->location().line(), name, key.name,
-                                            expected),
-                                *value, advice));
-        throw Error(fmt::format("{}: the key '{}' is missing; expected {}", file.string(),
-                                path(key.name), expected));
-    }
-
-    double real(const toml::value& v, const char* key, Interval range,
-                const std::string& expected) const
-    {
-        double x = 0;
-        if (v.is_integer()) x = static_cast<double>(v.as_integer());
-        else if (v.is_floating()) x = v.as_floating();
-        else fail(v, key, expected);
-        if (!std::isfinite(x) || x < range.low || x > range.high) fail(v, key, expected);
-        return x;
-    }
-
-    std::vector<double> reals(const toml::value& v, const char* key, Interval range,
-                              const std::string& expected) const
-    {
-        if (!v.is_array()) fail(v, key, expected);
-        std::vector<double> result;
-        for (const toml::value& x : v.as_array()) result.push_back(real(x, key, range, expected));
-        return result;
-    }
-};
 
 TableReader::TableReader(std::unique_ptr<State> state) : m_state(std::move(state)) { }
 TableReader::TableReader(TableReader&&) noexcept = default;
@@ -340,8 +187,8 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
                 || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
                 m_state->fail(*v, key.name, expected);
             const unsigned long rgb = std::stoul(s.substr(1), nullptr, 16);
-            return {fromSrgb((rgb >> 16) / 255.0), fromSrgb((rgb >> 8 & 255) / 255.0),
-                    fromSrgb((rgb & 255) / 255.0)};
+            return {linearFromSrgb((rgb >> 16) / 255.0), linearFromSrgb((rgb >> 8 & 255) / 255.0),
+                    linearFromSrgb((rgb & 255) / 255.0)};
         }
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
@@ -398,7 +245,7 @@ int TableReader::word(const Key& key, std::optional<int> fallback,
         if (!v->is_string()) m_state->fail(*v, key.name, expected);
         const auto it = std::find(words.begin(), words.end(), v->as_string().str);
         if (it == words.end()) {
-            const std::string hint = nearest(v->as_string().str, words);
+            const std::string hint = nearestSpelling(v->as_string().str, words);
             m_state->fail(*v, key.name,
                           hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
         }
@@ -486,7 +333,7 @@ void TableReader::finish() const
     for (const auto& [name, v] : m_state->value->as_table()) {
         if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end())
             continue;
-        const std::string hint = nearest(name, m_state->known);
+        const std::string hint = nearestSpelling(name, m_state->known);
         const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ")
                                                 : "did you mean '" + hint + "'?";
         throw Error(pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(),

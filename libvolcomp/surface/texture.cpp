@@ -6,11 +6,12 @@
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/srgb.h"
 
 namespace volcomp {
 namespace {
 
-/// Index of a pixel by the wrap mode; -1: black.
+/// Index of the pixel that the wrap mode shows at `x`; -1: black.
 int wrapped(std::int64_t x, int size, Wrap mode)
 {
     if (x >= 0 && x < size) return static_cast<int>(x);
@@ -113,7 +114,7 @@ Texture readTexture(const std::filesystem::path& file, bool to_linear)
         for (std::size_t i = 0; i < t.pixels.size(); ++i) {
             if (static_cast<int>(i % t.channels) == spec.alpha_channel) continue;
             float& x = t.pixels[i];
-            x = x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f);
+            x = linearFromSrgb(x);
         }
     return t;
 }

@@ -1,4 +1,4 @@
-// Where the picture is taken from.
+// The camera and its rays.
 #pragma once
 
 #include "volcomp/base/vec.h"
@@ -7,7 +7,7 @@ namespace volcomp {
 
 enum class Projection { perspective, orthographic };
 
-/// Where the picture is taken from, as the [camera] table says.
+/// Where the picture is taken from and what it shows, as the [camera] table of a scene says.
 struct Camera {
     Projection projection = Projection::perspective;
     Vec3d eye{0, 0, 5};
@@ -16,33 +16,41 @@ struct Camera {
     double field_of_view = 0.6981317007977318; ///< horizontal, radians, perspective
     double width = 2;                          ///< horizontal extent, world units, orthographic
 
-    /// Throws Error where a value is out of range or not finite, or the view has no direction or no
-    /// up.
+    /// Throws Error if a value is out of range or not finite, the target is at the eye, or the view
+    /// is along `up`.
     void validate() const;
 
-    /// Edge of the square that one pixel of a picture `width_pixels` wide covers at the point `p`,
-    /// world units.
+    /// Returns the edge, in world units, of the square at the point `p` that one pixel of a picture
+    /// `width_pixels` wide shows.
     double pixelFootprint(const Vec3d& p, int width_pixels) const;
 };
 
-/// One ray of the camera, world units.
-struct CameraRay {
-    Vec3d origin, direction; ///< world; the direction is unit length
+/// The directions of a picture in the world, of unit length and perpendicular to each other.
+struct CameraFrame {
+    Vec3d right, up, forward;
+
+    explicit CameraFrame(const Camera& camera);
 };
 
-/// The rays of a picture of width x height square pixels.
+/// One ray of the camera.
+struct CameraRay {
+    Vec3d origin, direction; ///< world units; the direction is of unit length
+};
+
+/// The rays through a picture of width x height square pixels.
 class CameraRays {
 public:
     CameraRays(const Camera& camera, int width, int height);
 
-    /// Through (x, y) in pixels from the top left corner; the first pixel's centre is (0.5, 0.5).
+    /// Returns the ray through (x, y), in pixels from the top left corner. The centre of the first
+    /// pixel is (0.5, 0.5).
     CameraRay ray(double x, double y) const;
 
 private:
     bool m_perspective;
-    Vec3d m_eye, m_forward, m_right,
-        m_down; ///< of a ray at the picture's middle; steps of one pixel
-    double m_x0, m_y0;
+    Vec3d m_eye, m_forward;
+    Vec3d m_right, m_down; ///< one pixel's step in the plane at distance 1
+    double m_x0, m_y0;     ///< the middle of the picture, pixels
 };
 
 } // namespace volcomp

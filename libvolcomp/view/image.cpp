@@ -8,49 +8,69 @@
 
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/srgb.h"
 
 namespace volcomp {
 namespace {
 
-float toSrgb(float x)
+/// Returns the place of a channel in each pixel, or -1 if the image does not have it.
+int indexOf(const std::vector<std::string>& channels, const char* name)
 {
-    x = std::min(1.0f, std::max(0.0f, x)); // NaN becomes 0
-    return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
+    const auto at = std::find(channels.begin(), channels.end(), name);
+    return at == channels.end() ? -1 : int(at - channels.begin());
 }
 
-// R, G, B and A as bytes. PNG keeps colours that alpha has not multiplied.
+/// Returns R, G, B and, with four channels, A as bytes in sRGB. A channel that the image does not
+/// have is 0, alpha 1. PNG wants colours that are not multiplied by alpha.
 std::vector<unsigned char> toBytes(const Image& image, int channels)
 {
-    int index[4] = {-1, -1, -1, -1};
-    const char* names[4] = {"R", "G", "B", "A"};
-    for (int c = 0; c < 4; ++c)
-        for (std::size_t i = 0; i < image.channels.size(); ++i)
-            if (image.channels[i] == names[c]) index[c] = int(i);
+    const int index[3] = {indexOf(image.channels, "R"), indexOf(image.channels, "G"),
+                          indexOf(image.channels, "B")};
+    const int alpha_index = indexOf(image.channels, "A");
+    const auto byte = [](float value) {
+        return static_cast<unsigned char>(std::lround(255 * value));
+    };
     std::vector<unsigned char> bytes;
     bytes.reserve(std::size_t(image.width) * image.height * channels);
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
             const float* p = image.pixel(x, y);
-            const float alpha = index[3] < 0 ? 1 : std::min(1.0f, std::max(0.0f, p[index[3]]));
-            for (int c = 0; c < channels; ++c) {
-                const float value = c == 3 ? alpha
-                    : index[c] < 0
-                    ? 0
-                    : toSrgb(channels == 4 && alpha > 0 ? p[index[c]] / alpha : p[index[c]]);
-                bytes.push_back(static_cast<unsigned char>(std::lround(255 * value)));
-            }
+            const float alpha =
+                alpha_index < 0 ? 1 : std::min(1.0f, std::max(0.0f, p[alpha_index]));
+            const float divisor = channels == 4 && alpha > 0 ? alpha : 1;
+            for (const int c : index)
+                bytes.push_back(byte(c < 0 ? 0 : srgbFromLinear(p[c] / divisor)));
+            if (channels == 4) bytes.push_back(byte(alpha));
         }
     return bytes;
 }
 
+/// Returns true if no pixel's alpha would be written as less than 255.
 bool isOpaque(const Image& image)
 {
-    const auto alpha = std::find(image.channels.begin(), image.channels.end(), "A");
-    if (alpha == image.channels.end()) return true;
-    for (std::size_t i = alpha - image.channels.begin(); i < image.pixels.size();
-         i += image.channels.size())
+    const int alpha = indexOf(image.channels, "A");
+    if (alpha < 0) return true;
+    for (std::size_t i = alpha; i < image.pixels.size(); i += image.channels.size())
         if (image.pixels[i] < 1 - 0.5f / 255) return false;
     return true;
+}
+
+OIIO::ImageSpec specOf(const Image& image, bool exr, int channels,
+                       const std::vector<std::pair<std::string, std::string>>& metadata)
+{
+    OIIO::ImageSpec spec(image.width, image.height, channels,
+                         exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+    if (exr) {
+        spec.channelnames = image.channels;
+        spec.attribute("compression", "zip");
+        spec.attribute("oiio:ColorSpace", "Linear");
+    } else {
+        spec.attribute("oiio:ColorSpace", "sRGB");
+        if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
+    }
+    spec.alpha_channel = indexOf(spec.channelnames, "A");
+    for (const auto& [name, value] : metadata) spec.attribute(name, value);
+    return spec;
 }
 
 } // namespace
@@ -91,20 +111,7 @@ void writeImage(const std::filesystem::path& file, const Image& image,
             OIIO::ImageOutput::create(temporary.string());
         if (!out) throw failed("'" + OIIO::geterror() + "'");
         const int channels = exr ? int(image.channels.size()) : isOpaque(image) ? 3 : 4;
-        OIIO::ImageSpec spec(image.width, image.height, channels,
-                             exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-        if (exr) {
-            spec.channelnames = image.channels;
-            spec.attribute("compression", "zip");
-            spec.attribute("oiio:ColorSpace", "Linear");
-        } else {
-            spec.attribute("oiio:ColorSpace", "sRGB");
-            if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
-        }
-        const auto alpha = std::find(spec.channelnames.begin(), spec.channelnames.end(), "A");
-        spec.alpha_channel =
-            alpha == spec.channelnames.end() ? -1 : int(alpha - spec.channelnames.begin());
-        for (const auto& [name, value] : metadata) spec.attribute(name, value);
+        const OIIO::ImageSpec spec = specOf(image, exr, channels, metadata);
         const bool written = out->open(temporary.string(), spec)
             && (exr ? out->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
                     : out->write_image(OIIO::TypeDesc::UINT8, toBytes(image, channels).data()))

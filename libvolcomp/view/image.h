@@ -1,4 +1,4 @@
-// A picture in memory, and its files.
+// A picture in memory, and reading and writing it.
 #pragma once
 
 #include <filesystem>
@@ -23,17 +23,19 @@ struct Image {
     }
 };
 
-/// True for .exr, false for .png. Throws Error for another ending: ask before the work, not after
-/// it.
+/// Returns true for a name that ends in .exr, false for .png, in any case of letters. Throws Error
+/// for another ending: a program calls it before the work that the picture shows.
 bool requirePictureName(const std::filesystem::path& file);
 
-/// Reads a picture of any format that OpenImageIO knows, as it is stored: EXR is linear, PNG in
-/// sRGB. Throws Error where that fails.
+/// Reads a picture of any format that OpenImageIO knows. Values are as the file stores them: EXR is
+/// linear, PNG is in sRGB, 0 to 1. OpenImageIO multiplies the colours of a PNG with its alpha.
+/// Throws Error if the file cannot be read.
 Image readImage(const std::filesystem::path& file);
 
-/// Writes .exr (all channels, with `metadata`) or .png (R, G, B and A in sRGB, 8 bit), by the
-/// name's ending; the file appears when it is complete. Throws Error for another ending or a file
-/// that cannot be written.
+/// Writes .exr (all channels as 32-bit floats) or .png (R, G, B and A in sRGB, 8 bit; without A if
+/// all pixels are opaque), by the name's ending, with `metadata` as names and values. PNG stores
+/// colours that are not multiplied by alpha. The file appears when it is complete. Throws Error for
+/// another ending or a file that cannot be written.
 void writeImage(const std::filesystem::path& file, const Image& image,
                 const std::vector<std::pair<std::string, std::string>>& metadata = {});
 

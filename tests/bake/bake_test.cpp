@@ -1,3 +1,4 @@
+// Boxes against exactly traced strands, and against what their rules say.
 #include "volcomp/bake/bake.h"
 
 #include <cmath>
@@ -7,8 +8,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "volcomp/base/error.h"
 #include "tests/render/transmittance_study.h"
+#include "tests/support/growth_rules.h"
+#include "tests/support/message_of.h"
 
 namespace volcomp {
 namespace {
@@ -39,14 +41,12 @@ GrowthLevel tuftLevel(double count)
     return l;
 }
 
-GrowthRule primitive(std::vector<GrowthLevel> levels)
+/// A rule in two variants of fur, and of leaves for levels that say so.
+GrowthRule boxOf(std::vector<GrowthLevel> levels)
 {
-    GrowthRule p;
-    p.name = "box";
-    p.material = "fur";
-    p.variants = 2;
-    p.levels = std::move(levels);
-    return p;
+    GrowthRule rule = growthRule(std::move(levels), "box", "fur");
+    rule.variants = 2;
+    return rule;
 }
 
 /// A tree of 4 m with 3600 leaves; bark is a fibre, leaves are a surface.
@@ -81,10 +81,10 @@ GrowthRule tree()
     leaf.angle = {30 * kDegree, 80 * kDegree};
     leaf.segments = 4;
     leaf.bend = 0.5;
-    return primitive({trunk, branch, leaf});
+    return boxOf({trunk, branch, leaf});
 }
 
-/// Mean distance from each leaf's root to the nearest other.
+/// Returns the mean distance from a leaf's root to the nearest other root.
 double leafSpacing(const std::vector<Segment>& leaves)
 {
     std::vector<Vec3d> roots;
@@ -107,18 +107,14 @@ std::uint64_t voxels(const Box& box)
     return sum;
 }
 
-std::string messageOf(const GrowthRule& p, int variant = 0)
+std::string failureOf(const GrowthRule& rule, int variant = 0)
 {
-    try {
-        bake(p, kMaterials, variant);
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "no error";
+    return messageOf([&] { bake(rule, kMaterials, variant); });
 }
 
-// Mean transmittance, baked minus exact, and the mean of its magnitude over blocks of a quarter of
-// the picture's width: the table that docs/baking.md sums up. The limits hold up to two spacings.
+// The mean of (baked - exact) transmittance over the picture, and the mean of its magnitude over
+// blocks of a quarter of the picture's width: the table that docs/baking.md sums up. The limits
+// hold for voxels of up to two spacings between strands.
 TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
 {
     GrowthLevel dense = tuftLevel(500), denser = tuftLevel(1500), combed = tuftLevel(250);
@@ -135,16 +131,15 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
     };
     GrowthRule plant = tree();
     const double leaf_spacing = leafSpacing(grow(plant, 0).at(1).segments);
-    const std::vector<Subject> subjects{
-        {"sparse tuft", primitive({tuftLevel(60)}), spacing(60), 0.01},
-        {"dense tuft", primitive({dense}), spacing(500), 0.01},
-        {"very dense tuft", primitive({denser}), spacing(1500), 0.01},
-        {"combed tuft", primitive({combed}), spacing(250), 0.01},
-        {"tree", plant, leaf_spacing, 0.015}};
+    const std::vector<Subject> subjects{{"sparse tuft", boxOf({tuftLevel(60)}), spacing(60), 0.01},
+                                        {"dense tuft", boxOf({dense}), spacing(500), 0.01},
+                                        {"very dense tuft", boxOf({denser}), spacing(1500), 0.01},
+                                        {"combed tuft", boxOf({combed}), spacing(250), 0.01},
+                                        {"tree", plant, leaf_spacing, 0.015}};
     const std::vector<std::pair<const char*, Vec3d>> views{
         {"side", {1, 0, 0.05}}, {"oblique", {1, 1, 0.4}}, {"along", {0.02, -1, 0.01}}};
-    std::cout
-        << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
+    std::cout << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | "
+                 "isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
     for (Subject subject : subjects) {
         std::vector<Segment> all;
         for (const SkeletonPart& part : grow(subject.grown, 0))
@@ -184,7 +179,7 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
 
 TEST(Bake, TotalCoverageConvergesAsTheVoxelShrinks)
 {
-    GrowthRule p = primitive({tuftLevel(60)});
+    GrowthRule p = boxOf({tuftLevel(60)});
     const double expected = [&] { // (pi/4) * the projected area of all cones
         double area = 0;
         for (const SkeletonPart& part : grow(p, 0))
@@ -200,7 +195,7 @@ TEST(Bake, TotalCoverageConvergesAsTheVoxelShrinks)
         for (auto it = box.volume.parts[0].density->cbeginValueOn(); it; ++it)
             area -= std::expm1(-double(*it) * voxel) * voxel * voxel;
         const double error =
-            std::abs(area / expected - 1); // what strands that share a voxel hide of each other
+            std::abs(area / expected - 1); // strands that share a voxel hide parts of each other
         EXPECT_LT(error, last) << voxel;
         last = error;
     }
@@ -211,7 +206,7 @@ TEST(BakeAccuracy, TransmittanceConvergesBelowTheRadius)
 {
     GrowthLevel thick = tuftLevel(25);
     thick.radius = 0.0008;
-    GrowthRule p = primitive({thick});
+    GrowthRule p = boxOf({thick});
     const std::vector<Segment> segments = grow(p, 0).at(0).segments;
     const StudyView view(segments, {1, 0.1, 0.3}, 300);
     const std::vector<float> exact = exactTransmittance(segments, view);
@@ -258,7 +253,7 @@ TEST(Bake, ColoursRunFromRootToTip)
     hair.colour_tip = {0.9, 0.6, 0.5};
     hair.length_variation = hair.wander = 0;
     hair.angle = {0, 0};
-    GrowthRule p = primitive({hair});
+    GrowthRule p = boxOf({hair});
     p.voxel = 0.001;
     const Box box = bake(p, kMaterials, 0);
     ASSERT_TRUE(box.volume.parts[0].colour);
@@ -276,7 +271,7 @@ TEST(Bake, HairThinnerThanAVoxelLeavesNoHoles)
     hair.spread = 0;
     hair.radius = 1e-6;
     hair.angle = {0.3, 0.3};
-    GrowthRule p = primitive({hair});
+    GrowthRule p = boxOf({hair});
     p.voxel = 0.0005;
     const Box box = bake(p, kMaterials, 0);
     const auto density = box.volume.parts[0].density->getConstAccessor();
@@ -295,10 +290,10 @@ TEST(Bake, HairThinnerThanAVoxelLeavesNoHoles)
 
 TEST(Bake, OddShapesAreRight)
 {
-    const auto boxOf = [](auto change, double voxel) {
+    const auto voxelsOf = [](auto change, double voxel) {
         GrowthLevel level = tuftLevel(5);
         change(level);
-        GrowthRule p = primitive({level});
+        GrowthRule p = boxOf({level});
         p.voxel = voxel;
         const Box box = bake(p, kMaterials, 0);
         for (const VolumePart& part : box.volume.parts)
@@ -306,11 +301,11 @@ TEST(Bake, OddShapesAreRight)
                 EXPECT_TRUE(std::isfinite(*it) && *it > 0);
         return voxels(box);
     };
-    EXPECT_EQ(boxOf([](GrowthLevel& l) { l.count = {0, 0}; }, 0.01), 0U);
-    EXPECT_EQ(boxOf([](GrowthLevel& l) { l.length = l.length_ratio = 0; }, 0), 0U);
-    EXPECT_GT(boxOf([](GrowthLevel& l) { l.radius = 0.3; }, 0.02), 5000U)
+    EXPECT_EQ(voxelsOf([](GrowthLevel& l) { l.count = {0, 0}; }, 0.01), 0U);
+    EXPECT_EQ(voxelsOf([](GrowthLevel& l) { l.length = l.length_ratio = 0; }, 0), 0U);
+    EXPECT_GT(voxelsOf([](GrowthLevel& l) { l.radius = 0.3; }, 0.02), 5000U)
         << "a radius larger than the length is a round body";
-    EXPECT_GT(boxOf(
+    EXPECT_GT(voxelsOf(
                   [](GrowthLevel& l) {
                       l.radius = 1e-8;
                       l.length = 1;
@@ -318,9 +313,9 @@ TEST(Bake, OddShapesAreRight)
                   2e-5),
               0U)
         << "thin, but more than 1e-5 of a voxel";
-    EXPECT_EQ(boxOf([](GrowthLevel& l) { l.radius = 1e-12; }, 0.001), 0U)
+    EXPECT_EQ(voxelsOf([](GrowthLevel& l) { l.radius = 1e-12; }, 0.001), 0U)
         << "less than can be seen";
-    EXPECT_GT(boxOf(
+    EXPECT_GT(voxelsOf(
                   [](GrowthLevel& l) {
                       l.curl_radius = 0.05;
                       l.curl_turns = 200;
@@ -328,14 +323,14 @@ TEST(Bake, OddShapesAreRight)
                   },
                   0.002),
               0U);
-    EXPECT_GT(boxOf(
+    EXPECT_GT(voxelsOf(
                   [](GrowthLevel& l) {
                       l.angle = {3, 3};
                   },
                   0.002),
               0U)
         << "the box grows below the ground as well";
-    EXPECT_GT(boxOf([](GrowthLevel&) {}, 0.1), 0U) << "a voxel larger than the box";
+    EXPECT_GT(voxelsOf([](GrowthLevel&) {}, 0.1), 0U) << "a voxel larger than the box";
 }
 
 TEST(Bake, NothingIsCutOff)
@@ -344,7 +339,7 @@ TEST(Bake, NothingIsCutOff)
     level.angle = {kPi / 2, kPi / 2};
     level.length = 5;
     level.wander = 0;
-    GrowthRule p = primitive({level});
+    GrowthRule p = boxOf({level});
     p.voxel = 0.05;
     const Box box = bake(p, kMaterials, 0);
     Vec3d low(1e30), high(-1e30);
@@ -363,18 +358,18 @@ TEST(Bake, NothingIsCutOff)
 
 TEST(Bake, WhatCannotBeBakedIsSaid)
 {
-    GrowthRule p = primitive({tuftLevel(3)});
+    GrowthRule p = boxOf({tuftLevel(3)});
     p.material = "silk";
-    EXPECT_NE(messageOf(p).find("the name of a material (fur, leaf), found 'silk'"),
+    EXPECT_NE(failureOf(p).find("the name of a material (fur, leaf), found 'silk'"),
               std::string::npos)
-        << messageOf(p);
+        << failureOf(p);
     p.material = "fur";
-    EXPECT_NE(messageOf(p, 2).find("variant from 0 to 1"), std::string::npos) << messageOf(p, 2);
+    EXPECT_NE(failureOf(p, 2).find("variant from 0 to 1"), std::string::npos) << failureOf(p, 2);
     p.voxel = 1e-9;
-    EXPECT_NE(messageOf(p).find("at least 1.5e-05 m"), std::string::npos) << messageOf(p);
+    EXPECT_NE(failureOf(p).find("at least 1.5e-05 m"), std::string::npos) << failureOf(p);
     p.voxel = 2e-5;
     p.levels[0].length = 1000;
-    EXPECT_NE(messageOf(p).find("a larger voxel is needed"), std::string::npos) << messageOf(p);
+    EXPECT_NE(failureOf(p).find("a larger voxel is needed"), std::string::npos) << failureOf(p);
 }
 
 TEST(Bake, SameVoxelsForAnyNumberOfThreads)

@@ -1,3 +1,4 @@
+// Principal directions of tensors that are built from known eigenvectors.
 #include <gtest/gtest.h>
 
 #include "volcomp/base/principal_direction.h"
@@ -13,7 +14,7 @@ Vec3d unitVector(Random& random)
     return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-/// |A d - l d| for the Rayleigh quotient l, over the trace.
+/// Returns |A d - l d| / trace(A), where l = d A d is the Rayleigh quotient: 0 for an eigenvector.
 double residual(const SymmetricTensor& a, const Vec3d& d)
 {
     const Vec3d ad(a.xx * d[0] + a.xy * d[1] + a.xz * d[2], a.xy * d[0] + a.yy * d[1] + a.yz * d[2],
@@ -23,7 +24,7 @@ double residual(const SymmetricTensor& a, const Vec3d& d)
 
 } // namespace
 
-TEST(Eigen3, OneDirectionComesBack)
+TEST(PrincipalDirection, OneDirectionComesBack)
 {
     Random random(1);
     for (int i = 0; i < 1000; ++i) {
@@ -36,7 +37,7 @@ TEST(Eigen3, OneDirectionComesBack)
     }
 }
 
-TEST(Eigen3, OppositeSignsDoNotCancel)
+TEST(PrincipalDirection, OppositeSignsDoNotCancel)
 {
     SymmetricTensor a;
     a.add(1, Vec3d(0, 1, 0));
@@ -45,7 +46,7 @@ TEST(Eigen3, OppositeSignsDoNotCancel)
     EXPECT_NEAR(principalDirection(a).spread, 0, 1e-7);
 }
 
-TEST(Eigen3, MatchesJacobiForRandomSums)
+TEST(PrincipalDirection, MatchesJacobiForRandomSums)
 {
     Random random(2);
     for (int i = 0; i < 20000; ++i) {
@@ -65,7 +66,7 @@ TEST(Eigen3, MatchesJacobiForRandomSums)
     }
 }
 
-TEST(Eigen3, JacobiAgreesWithKnownEigenvalues)
+TEST(PrincipalDirection, JacobiAgreesWithKnownEigenvalues)
 {
     Random random(3);
     for (int i = 0; i < 1000; ++i) { // built from an orthonormal frame, also with equal values
@@ -90,7 +91,7 @@ TEST(Eigen3, JacobiAgreesWithKnownEigenvalues)
     }
 }
 
-TEST(Eigen3, EqualEigenvaluesTakeThePreferredDirection)
+TEST(PrincipalDirection, EqualEigenvaluesTakeThePreferredDirection)
 {
     SymmetricTensor a;
     a.add(2, Vec3d(1, 0, 0));
@@ -105,7 +106,7 @@ TEST(Eigen3, EqualEigenvaluesTakeThePreferredDirection)
     EXPECT_NEAR(principalDirection(a, &preferred).stored().length(), 0, 1e-7);
 }
 
-TEST(Eigen3, NothingGivesNoDirection)
+TEST(PrincipalDirection, NothingGivesNoDirection)
 {
     for (double w : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
         SymmetricTensor a;

@@ -1,4 +1,6 @@
-"""Renders a volume with Blender's Cycles as interop.py's scene says: blender -b --python blender_render.py -- VOLUME.vdb PICTURE.exr COLOUR_GRID"""
+# SPDX-License-Identifier: Apache-2.0
+"""Renders a volume with Blender's Cycles as the scene of interop.py says:
+blender -b --python blender_render.py -- VOLUME.vdb PICTURE.exr COLOUR_GRID"""
 import sys
 
 import bpy
@@ -8,10 +10,11 @@ volume, picture, colour = args
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.object.volume_import(filepath=volume, align="WORLD", location=(0, 0, 0))
 volume_object = bpy.context.object
-volume_object.rotation_euler = (0, 0, 0)  # the file's axes as they are
+volume_object.rotation_euler = (0, 0, 0)  # the axes of the file
 grids = volume_object.data.grids
 grids.load()
-print("grids:", " ".join(sorted(f"{g.name}/{g.data_type}" for g in grids)), "error:", grids.error_message or "none")
+names = " ".join(sorted(f"{g.name}/{g.data_type}" for g in grids))
+print("grids:", names, "error:", grids.error_message or "none")
 
 material = bpy.data.materials.new("volume")
 material.use_nodes = True

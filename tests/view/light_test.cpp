@@ -20,8 +20,8 @@ Light lamp(LightKind kind)
     return light;
 }
 
-/// The light's weight summed over a sphere of radius r around it: what it emits, in units of its
-/// strength.
+/// Returns the light's weight summed over a sphere of radius r around it: what it emits, in units
+/// of its strength.
 double emitted(const Light& light, double r)
 {
     constexpr int kAcross = 400;
@@ -53,8 +53,8 @@ TEST(Light, EmitsTheSameThroughEverySphereAroundIt)
     }
 }
 
-// What arrives comes from the light: the way and the distance lead back to it, and a sun is the
-// same everywhere.
+// The direction and the distance of what arrives lead back to the light. A sun is the same
+// everywhere.
 TEST(Light, TheWayLeadsToTheLight)
 {
     const Vec3d p(4, -1, 0.5);
@@ -86,7 +86,7 @@ TEST(Light, ASpotsBorderIsASmoothstep)
     EXPECT_NEAR(at(0.4), 0.5, 1e-12);
     EXPECT_NEAR(at(0.45), 5.0 / 32, 1e-12);
     EXPECT_DOUBLE_EQ(at(0.51), 0);
-    spot.soft_angle = 2; // wider than the cone: from its axis on
+    spot.soft_angle = 2; // wider than the cone: the border begins at its axis
     EXPECT_DOUBLE_EQ(at(0), 1);
     EXPECT_NEAR(at(0.25), 0.5, 1e-12);
     // On the axis the cosine may be rounded to more than 1.

@@ -7,6 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "volcomp/base/text.h"
+#include "volcomp/base/vec.h"
+
 namespace volcomp {
 namespace {
 
@@ -21,7 +24,8 @@ struct Range {
         low = std::min(low, v);
         high = std::max(high, v);
     }
-    /// Room on both sides, and something to draw where there is one value or none.
+    /// Returns the range with room on both sides, and a range to draw if there is one value or
+    /// none.
     Range padded() const
     {
         if (high <= 0) return {0.1, 10};
@@ -56,7 +60,34 @@ double overlap(const LabelBox& a, const LabelBox& b)
     return w > 0 && h > 0 ? w * h : 0;
 }
 
-/// Powers of ten, every second one over many decades; 1, 2, 5 and their tens over few.
+/// Returns the box of a text at a distance from a mark in the direction `angle`, moved into the
+/// frame.
+LabelBox labelBeside(const std::array<double, 2>& mark, double gap, double angle,
+                     const LabelBox& frame, double width, double height)
+{
+    const auto start = [&](double at, double direction, double size, double low, double extent) {
+        const double from = direction > 0.3 ? 0 : direction < -0.3 ? -size : -0.5 * size;
+        return std::clamp(at + gap * direction + from, low + 2,
+                          std::max(low + 2, low + extent - size - 2));
+    };
+    return {start(mark[0], std::cos(angle), width, frame.x, frame.width),
+            start(mark[1], std::sin(angle), height, frame.y, frame.height), width, height};
+}
+
+/// Returns the area of a box that other boxes and the marks of the points take, square pixels.
+double covered(const LabelBox& box, const std::vector<LabelBox>& boxes,
+               const std::vector<std::array<double, 2>>& marks)
+{
+    constexpr double kMark = 5; // half the size of a mark, pixels
+    double area = 0;
+    for (const LabelBox& other : boxes) area += overlap(box, other);
+    for (const auto& mark : marks)
+        area += overlap(box, {mark[0] - kMark, mark[1] - kMark, 2 * kMark, 2 * kMark});
+    return area;
+}
+
+/// Sets the tics of an axis: powers of ten, every second one over many decades; 1, 2, 5 and their
+/// tens over few.
 void appendTics(std::string& script, const std::string& axis, const Range& r)
 {
     const double decades = std::log10(r.high / r.low);
@@ -114,74 +145,97 @@ void appendNames(std::string& script, const ChartPanel& panel, const Range& x, c
     }
 }
 
-void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index, int width,
-                 int height)
-{
+/// The values of a panel's axes, and the points that its Pareto front is taken of.
+struct PanelData {
     Range x, y, right;
-    std::vector<ChartPoint> all;
+    std::vector<ChartPoint> left_points;
+};
+
+PanelData dataOf(const ChartPanel& panel)
+{
+    PanelData data;
     for (const ChartSeries& s : panel.series)
-        for (const ChartPoint& p : s.points)
-            if (drawable(p)) {
-                x.add(p.x);
-                (s.right ? right : y).add(p.y);
-                if (!s.right) all.push_back(p);
-            }
-    x = x.padded();
-    y = y.padded();
-    right = right.padded();
+        for (const ChartPoint& p : s.points) {
+            if (!drawable(p)) continue;
+            data.x.add(p.x);
+            (s.right ? data.right : data.y).add(p.y);
+            if (!s.right) data.left_points.push_back(p);
+        }
+    data.x = data.x.padded();
+    data.y = data.y.padded();
+    data.right = data.right.padded();
+    return data;
+}
+
+void appendAxes(std::string& script, const ChartPanel& panel, const PanelData& data)
+{
     const auto& [left, top, w, h] = panel.place;
-    script += fmt::format(
-        "unset label\nunset arrow\nset lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n",
-        left, left + w, 1 - top, 1 - top - h);
+    script += fmt::format("unset label\nunset arrow\n"
+                          "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n"
+                          "set tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n",
+                          left, left + w, 1 - top, 1 - top - h);
     script +=
         fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
                     literal(panel.title), literal(panel.x_label), literal(panel.y_label));
-    script += fmt::format("set xrange [{:g}:{:g}]\nset yrange [{:g}:{:g}]\n", x.low, x.high, y.low,
-                          y.high);
-    appendTics(script, "x", x);
-    appendTics(script, "y", y);
+    script += fmt::format("set xrange [{:g}:{:g}]\nset yrange [{:g}:{:g}]\n", data.x.low,
+                          data.x.high, data.y.low, data.y.high);
+    appendTics(script, "x", data.x);
+    appendTics(script, "y", data.y);
     script += fmt::format("set key {}\n", panel.key);
-    if (panel.right_label.empty()) script += "unset y2tics\nunset y2label\nset ytics mirror\n";
-    else
-        script +=
-            fmt::format("set ytics nomirror\nset y2label {} noenhanced\nset y2range [{:g}:{:g}]\n",
-                        literal(panel.right_label), right.low, right.high),
-            appendTics(script, "y2", right);
-    std::string plots;
-    const auto add = [&](const std::string& plot) {
-        plots += (plots.empty() ? "plot " : ", \\\n  ") + plot;
-    };
-    const auto data = [&](const std::string& name, const std::vector<ChartPoint>& points) {
-        script += fmt::format("${} << END\n", name);
-        for (const ChartPoint& p : points)
-            if (drawable(p)) script += fmt::format("{:.9g} {:.9g}\n", p.x, p.y);
-        script += "END\n";
-    };
-    if (panel.front && !all.empty()) {
+    if (panel.right_label.empty()) {
+        script += "unset y2tics\nunset y2label\nset ytics mirror\n";
+        return;
+    }
+    script +=
+        fmt::format("set ytics nomirror\nset y2label {} noenhanced\nset y2range [{:g}:{:g}]\n",
+                    literal(panel.right_label), data.right.low, data.right.high);
+    appendTics(script, "y2", data.right);
+}
+
+/// Adds the points as a block of data with a name, without those that cannot be drawn.
+void appendData(std::string& script, const std::string& name, const std::vector<ChartPoint>& points)
+{
+    script += fmt::format("${} << END\n", name);
+    for (const ChartPoint& p : points)
+        if (drawable(p)) script += fmt::format("{:.9g} {:.9g}\n", p.x, p.y);
+    script += "END\n";
+}
+
+/// Returns the term of the plot command that draws a series from its block of data.
+std::string plotOf(const ChartSeries& series, const std::string& data, const char* colour)
+{
+    const bool markers = !series.line || series.points.size() < 20;
+    const char* style = !series.line ? "points" : markers ? "linespoints" : "lines";
+    return fmt::format("${} using 1:2 {} with {} {} lw 2 lc rgb '{}' {}", data,
+                       series.right ? "axes x1y2" : "", style, markers ? "pt 7 ps 0.9" : "", colour,
+                       series.name.empty() ? "notitle"
+                                           : "title " + literal(series.name) + " noenhanced");
+}
+
+void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index, int width,
+                 int height)
+{
+    const PanelData data = dataOf(panel);
+    appendAxes(script, panel, data);
+    std::vector<std::string> plots;
+    if (panel.front && !data.left_points.empty()) {
         std::vector<ChartPoint> front;
-        for (const std::size_t i : paretoFront(all)) front.push_back(all[i]);
+        for (const std::size_t i : paretoFront(data.left_points))
+            front.push_back(data.left_points[i]);
         const std::string name = fmt::format("front{}", index);
-        data(name, front);
-        add(fmt::format("${} using 1:2 with lines lw 5 lc rgb '#e4e4e4' title 'Pareto front'",
-                        name));
+        appendData(script, name, front);
+        plots.push_back(fmt::format(
+            "${} using 1:2 with lines lw 5 lc rgb '#e4e4e4' title 'Pareto front'", name));
     }
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
         const ChartSeries& series = panel.series[s];
         if (std::none_of(series.points.begin(), series.points.end(), drawable)) continue;
         const std::string name = fmt::format("points{}_{}", index, s);
-        data(name, series.points);
-        const bool markers = !series.line || series.points.size() < 20;
-        add(fmt::format("${} using 1:2 {} with {} {} lw 2 lc rgb '{}' {}", name,
-                        series.right ? "axes x1y2" : "",
-                        !series.line  ? "points"
-                            : markers ? "linespoints"
-                                      : "lines",
-                        markers ? "pt 7 ps 0.9" : "", kColours[s % std::size(kColours)],
-                        series.name.empty() ? "notitle"
-                                            : "title " + literal(series.name) + " noenhanced"));
+        appendData(script, name, series.points);
+        plots.push_back(plotOf(series, name, kColours[s % std::size(kColours)]));
     }
-    appendNames(script, panel, x, y, width, height);
-    script += plots.empty() ? "plot NaN notitle\n" : plots + "\n";
+    appendNames(script, panel, data.x, data.y, width, height);
+    script += plots.empty() ? "plot NaN notitle\n" : "plot " + joined(plots, ", \\\n  ") + "\n";
 }
 
 } // namespace
@@ -212,36 +266,23 @@ std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& mark
                                   const std::vector<std::string>& names, const LabelBox& frame,
                                   double character_width, double line_height)
 {
-    constexpr double kMark = 5; // half the size of a point, pixels
-    std::vector<LabelBox> boxes(marks.size());
+    std::vector<LabelBox> boxes; // of the names so far
+    boxes.reserve(marks.size());
     for (std::size_t i = 0; i < marks.size(); ++i) {
-        const double w = character_width * double(characters(names[i])), h = line_height;
-        boxes[i] = {marks[i][0], marks[i][1], 0, 0};
-        if (names[i].empty()) continue;
+        LabelBox best{marks[i][0], marks[i][1], 0, 0};
         double least = std::numeric_limits<double>::max();
-        for (const double gap : {7.0, 14.0, 24.0, 36.0, 52.0, 70.0})
-            for (int turn = 0; turn < 16; ++turn) {
-                const double angle = turn * 2 * 3.14159265358979323846 / 16, dx = std::cos(angle),
-                             dy = std::sin(angle);
-                const auto from = [&](double d, double size) {
-                    return d > 0.3 ? 0 : d < -0.3 ? -size : -0.5 * size;
-                };
-                const LabelBox box{
-                    std::clamp(marks[i][0] + gap * dx + from(dx, w), frame.x + 2,
-                               std::max(frame.x + 2, frame.x + frame.width - w - 2)),
-                    std::clamp(marks[i][1] + gap * dy + from(dy, h), frame.y + 2,
-                               std::max(frame.y + 2, frame.y + frame.height - h - 2)),
-                    w, h};
-                double cost = 0.6 * gap;
-                for (std::size_t k = 0; k < i; ++k) cost += 3 * overlap(box, boxes[k]);
-                for (const auto& mark : marks)
-                    cost +=
-                        3 * overlap(box, {mark[0] - kMark, mark[1] - kMark, 2 * kMark, 2 * kMark});
-                if (cost < least) {
+        if (!names[i].empty())
+            for (const double gap : {7.0, 14.0, 24.0, 36.0, 52.0, 70.0})
+                for (int turn = 0; turn < 16; ++turn) {
+                    const LabelBox box =
+                        labelBeside(marks[i], gap, turn * 2 * kPi / 16, frame,
+                                    character_width * double(characters(names[i])), line_height);
+                    const double cost = 0.6 * gap + 3 * covered(box, boxes, marks);
+                    if (cost >= least) continue;
                     least = cost;
-                    boxes[i] = box;
+                    best = box;
                 }
-            }
+        boxes.push_back(best);
     }
     return boxes;
 }
@@ -256,9 +297,9 @@ std::string gnuplotScript(const std::vector<ChartPanel>& panels, int width, int 
         : fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}' background 'white'\n",
                       width, height, 0.77 * kFont);
     script += fmt::format("set output {}\n", literal(output));
-    script +=
-        "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
-        "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\nset tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";
+    script += "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
+              "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\n"
+              "set tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";
     for (std::size_t i = 0; i < panels.size(); ++i)
         appendPanel(script, panels[i], i, width, height);
     return script + "unset multiplot\nset output\n";

@@ -6,14 +6,16 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include "volcomp/base/atomic_file.h"
+#include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/hash.h"
 #include "tools/shared/process.h"
 #include "volcomp/base/random.h"
 #include "volcomp/render/render.h"
 #include "tools/shared/settings.h"
+#include "volcomp/render/tree/voxel_tree_io.h"
 #include "volcomp/volume/vdb_io.h"
 
 namespace volcomp {
@@ -22,32 +24,34 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::uint64_t hashText(std::uint64_t hash, const std::string& text)
-{
-    for (const char c : text)
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL; // FNV-1a
-    return mix64(hash);
-}
-
 std::string readBytes(const fs::path& file)
 {
     std::ifstream stream(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Of a scene file and of every file that a text in it names: meshes, maps, included scenes.
+/// Returns every text between quotation marks. In a scene file, each file that it uses is one of
+/// them (a mesh, a map, an included scene); the others name no file.
+std::vector<std::string> quotedTexts(const std::string& toml)
+{
+    static const std::regex quoted("\"([^\"\n]+)\"|'([^'\n]+)'");
+    std::vector<std::string> texts;
+    for (std::sregex_iterator m(toml.begin(), toml.end(), quoted), end; m != end; ++m)
+        texts.push_back((*m)[1].matched ? (*m)[1].str() : (*m)[2].str());
+    return texts;
+}
+
+/// Returns a hash of a file and, if it is a scene, of all files that it uses. A file in `seen`
+/// counts once.
 std::uint64_t hashFiles(const fs::path& file, std::set<fs::path>& seen)
 {
     if (!seen.insert(file).second) return 0;
     const std::string text = readBytes(file);
-    std::uint64_t hash = hashText(1, text);
+    std::uint64_t hash = fnv1a(text);
     if (file.extension() != ".toml") return hash;
-    static const std::regex quoted("\"([^\"\n]+)\"|'([^'\n]+)'");
-    for (std::sregex_iterator m(text.begin(), text.end(), quoted), end; m != end; ++m) {
-        const fs::path named =
-            file.parent_path() / ((*m)[1].matched ? (*m)[1].str() : (*m)[2].str());
+    for (const std::string& name : quotedTexts(text)) {
         std::error_code code;
-        if (fs::is_regular_file(named, code))
+        if (const fs::path named = file.parent_path() / name; fs::is_regular_file(named, code))
             hash = hashKey(hash, hashFiles(fs::canonical(named, code), seen));
     }
     return hash;
@@ -55,29 +59,26 @@ std::uint64_t hashFiles(const fs::path& file, std::set<fs::path>& seen)
 
 std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
-double cpuSeconds()
-{
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)
-        + 1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
 void writeJson(const fs::path& file, const json& value)
 {
-    writeAtomically(file, [&](const fs::path& temporary) {
-        std::ofstream stream(temporary);
-        stream << value.dump(2) << '\n';
-        if (!stream.flush())
-            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
-    });
+    writeTextAtomically(file, value.dump(2) + '\n');
 }
 
-/// What was written under that name; null where there is none or it is not whole.
+/// Returns what was written under that name; null if there is none or it is damaged.
 json readJson(const fs::path& file)
 {
     std::ifstream stream(file);
     return stream ? json::parse(stream, nullptr, false) : json();
+}
+
+/// Runs one of our programs and returns its CPU seconds. Throws Error if it fails.
+double runOwn(std::vector<std::string> arguments)
+{
+    arguments[0] = (ownDirectory() / arguments[0]).string();
+    arguments.push_back("--quiet");
+    const ProcessResult result = runProcess(arguments);
+    if (result.status != 0) throw Error(arguments[0] + " failed:\n" + result.output);
+    return result.cpu_seconds;
 }
 
 } // namespace
@@ -90,13 +91,13 @@ ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> 
     std::set<fs::path> seen;
     m_scene_key = {hex(hashFiles(fs::canonical(scene.file), seen)), m_leave_out};
     for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"})
-        m_program_key.push_back(hex(hashText(1, readBytes(ownDirectory() / program))));
+        m_program_key.push_back(hex(fnv1a(readBytes(ownDirectory() / program))));
     fs::create_directories(m_directory);
 }
 
 fs::path ChartCache::place(const std::string& kind, const json& key, const char* ending) const
 {
-    return m_directory / (kind + "_" + hex(hashText(1, key.dump())) + ending);
+    return m_directory / (kind + "_" + hex(fnv1a(key.dump())) + ending);
 }
 
 json ChartCache::composed(double voxel)
@@ -109,36 +110,34 @@ json ChartCache::composed(double voxel)
             {"volume", place("volume", key, ".vdb").string()}};
 }
 
+fs::path ChartCache::boxes()
+{
+    const fs::path directory = place("boxes", {m_scene_key, m_program_key[0]}, "");
+    if (fs::exists(directory / "done")) return directory;
+    m_tool.stage("bake", [&](const Progress&) {
+        runOwn({"volcomp-bake", m_scene.file.string(), "-o", directory.string()});
+    });
+    std::ofstream(directory / "done").flush();
+    return directory;
+}
+
 fs::path ChartCache::volume(double voxel)
 {
-    const json what = composed(voxel);
-    const fs::path figures = what["figures"].get<std::string>();
-    fs::path file = what["volume"].get<std::string>();
+    const json files = composed(voxel);
+    const fs::path figures = files["figures"].get<std::string>();
+    fs::path file = files["volume"].get<std::string>();
     if (fs::exists(file) && readJson(figures).is_object()) return file;
-    const auto runOwn = [&](std::vector<std::string> arguments) {
-        arguments[0] = (ownDirectory() / arguments[0]).string();
-        arguments.push_back("--quiet");
-        const ProcessResult result = runProcess(arguments);
-        if (result.status != 0) throw Error(arguments[0] + " failed:\n" + result.output);
-        return result.cpu_seconds;
-    };
-    const fs::path boxes = place("boxes", {m_scene_key, m_program_key[0]}, "");
-    if (!fs::exists(boxes / "done")) {
-        m_tool.stage("bake", [&](const Progress&) {
-            runOwn({"volcomp-bake", m_scene.file.string(), "-o", boxes.string()});
-        });
-        std::ofstream(boxes / "done").flush();
-    }
+    const fs::path directory = boxes();
     const double seconds =
         m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
             std::vector<std::string> command{
-                "volcomp-compose", m_scene.file.string(),         "--boxes", boxes.string(),
+                "volcomp-compose", m_scene.file.string(),         "--boxes", directory.string(),
                 "--voxel",         fmt::format("{:.17g}", voxel), "-o",      file.string()};
             for (const std::string& surface : m_leave_out)
                 command.insert(command.end(), {"--leave-out", surface});
             return runOwn(command);
         });
-    writeJson(figures, {{"key", what["key"]}, {"cpu_seconds", seconds}});
+    writeJson(figures, {{"key", files["key"]}, {"cpu_seconds", seconds}});
     return file;
 }
 
@@ -177,11 +176,12 @@ std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& par
     return {{m_tree}};
 }
 
-Measured ChartCache::remember(const std::string& name, const json& what,
+Measured ChartCache::remember(const std::string& name, const json& key,
                               const std::function<Measured()>& measure)
 {
-    const json key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", what}};
-    const fs::path figures = place("render", key, ".json"), picture = place("render", key, ".exr");
+    const json full_key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", key}};
+    const fs::path figures = place("render", full_key, ".json"),
+                   picture = place("render", full_key, ".exr");
     const json known = readJson(figures);
     if (known.is_object() && fs::exists(picture))
         return {readImage(picture), known.at("cpu_seconds")};
@@ -189,8 +189,9 @@ Measured ChartCache::remember(const std::string& name, const json& what,
     writeImage(picture, result.image);
     writeJson(figures,
               {{"name", name},
-               {"key", key},
-               {"cpu_seconds", result.cpu_seconds}}); // last: it says that the picture is there
+               {"key", full_key},
+               {"cpu_seconds",
+                result.cpu_seconds}}); // written last: it tells that the picture is complete
     return result;
 }
 
@@ -202,7 +203,7 @@ Measured ChartCache::render(const std::string& name, double voxel, const RenderP
         const std::vector<VoxelLevel> volume = levels(voxel, params);
         return m_tool.stage(name, [&](const Progress& progress) {
             Measured best;
-            for (int run = 0; run < 3; ++run) { // short ones are measured again
+            for (int run = 0; run < 3; ++run) { // a short render is measured three times
                 const double start = cpuSeconds();
                 best.image = volcomp::render(volume, m_scene.materials, m_scene.camera,
                                              lights ? m_scene.lights : std::vector<Light>(), params,

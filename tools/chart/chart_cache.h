@@ -1,5 +1,5 @@
-// What volcomp-chart has measured so far, in files: an interrupted run goes on, a second one only
-// draws.
+// What volcomp-chart has measured so far, kept in files: an interrupted run goes on from there, and
+// a second run only draws.
 #pragma once
 
 #include <filesystem>
@@ -21,9 +21,9 @@ struct Measured {
     double cpu_seconds = 0; ///< user and system, all threads
 };
 
-/// Renders the volumes of one scene and remembers the pictures and times. A result is used again
-/// while everything it depends on is the same: the scene file and the files that it names, the
-/// programs, and the settings. One volume is in memory at a time.
+/// Renders the volumes of one scene and remembers the pictures and times. A result is used again as
+/// long as everything that it depends on is the same: the scene file and the files that it names,
+/// the programs, and the settings. One volume is in memory at a time.
 class ChartCache {
 public:
     /// Keeps its files in `directory`; `leave_out` names the surfaces that are not in `scene` any
@@ -31,27 +31,29 @@ public:
     ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out,
                std::filesystem::path directory);
 
-    /// A render of the scene's volume of that voxel: sweep and trees of the method included,
-    /// loading the volume and making coarser levels of it not. `lights` false: without light.
+    /// Renders the scene's volume with voxels of `voxel` metres, without any light if `lights` is
+    /// false. The time includes the sweep and the trees that the method needs, but not the loading
+    /// of the volume and the making of its coarser levels.
     Measured render(const std::string& name, double voxel, const RenderParams& params,
                     bool lights = true);
 
-    /// CPU seconds that composing that volume took.
+    /// Returns the CPU seconds that composing the volume took.
     double composeSeconds(double voxel);
 
-    /// The volume's file, composed where it is not there.
+    /// Returns the file of the volume, which is composed if it does not exist.
     std::filesystem::path volume(double voxel);
 
-    /// Any other measurement that makes a picture; `key` says all that it depends on beside the
-    /// scene and our programs.
+    /// Returns the remembered result, or calls measure(). `key` holds all that the result depends
+    /// on beside the scene and our programs.
     Measured remember(const std::string& name, const nlohmann::json& key,
                       const std::function<Measured()>& measure);
 
-    /// Frees the disk of a volume and its levels, which are needed no more.
+    /// Removes the files of a volume and its levels.
     void forget(double voxel);
 
 private:
     nlohmann::json composed(double voxel);
+    std::filesystem::path boxes();
     std::filesystem::path place(const std::string& kind, const nlohmann::json& key,
                                 const char* ending) const;
     std::vector<VoxelLevel> levels(double voxel, const RenderParams& params);

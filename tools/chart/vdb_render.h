@@ -1,4 +1,4 @@
-// OpenVDB's own renderer, as a peer in the charts.
+// OpenVDB's own renderer, to compare with in the charts.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace volcomp {
 
-/// vdb_render's absorption through the scene's camera, at a step in voxels; loading is taken off by
-/// a picture of one pixel. `scratch` is the file that it writes, removed at the end. Throws Error
-/// where it fails.
+/// Runs vdb_render on a volume with the scene's camera and absorption alone, with a step in voxels.
+/// The time of a picture of one pixel, which is that of loading, is subtracted. `scratch` is the
+/// file that vdb_render writes; it is removed at the end. Throws Error if vdb_render fails.
 Measured vdbRender(const Scene& scene, const RenderParams& params,
                    const std::filesystem::path& volume, double voxel, double step,
                    const std::filesystem::path& scratch);

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kMagic = 0x316b6863706d6376; // "vcmpchk1"
+constexpr std::uint64_t kMagic = 0x316b6863706d6376; // the file begins with "vcmpchk1"
 
 json toJson(const Vec3d& v) { return {v[0], v[1], v[2]}; }
 
@@ -58,8 +58,7 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
 void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
                      const RenderState& state)
 {
-    writeAtomically(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream stream(temporary, std::ios::binary);
+    writeStreamAtomically(file, [&](std::ostream& stream) {
         const std::string text = fingerprint.dump();
         const std::uint64_t head[] = {kMagic, text.size(), state.sums.size(), state.samples.size(),
                                       hashOf(state.sums) ^ hashOf(state.samples)};
@@ -69,8 +68,6 @@ void writeCheckpoint(const std::filesystem::path& file, const json& fingerprint,
                      std::streamsize(state.sums.size() * sizeof(double)));
         stream.write(reinterpret_cast<const char*>(state.samples.data()),
                      std::streamsize(state.samples.size() * sizeof(std::int32_t)));
-        if (!stream.flush())
-            throw fileError(file, "", "a file to write", "an error", "Is the disk full?");
     });
 }
 
@@ -98,7 +95,7 @@ RenderState readCheckpoint(const std::filesystem::path& file, const json& finger
     const json known = json::parse(text, nullptr, false);
     if (!stream || !known.is_object() || (hashOf(state.sums) ^ hashOf(state.samples)) != head[4])
         throw damaged();
-    const json wanted = json::parse(fingerprint.dump()); // through text, as the other
+    const json wanted = json::parse(fingerprint.dump()); // as text keeps it, like the file's
     for (const auto& [key, value] : wanted.items()) {
         const json other = known.value(key, json());
         if (other == value) continue;

@@ -1,0 +1,68 @@
+// One strand of the recursion: where it stands, and the line that it follows. Private to growing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "volcomp/base/random.h"
+#include "volcomp/base/vec.h"
+#include "volcomp/grow/growth_rule.h"
+
+namespace volcomp {
+
+/// The orthonormal frame of a strand: t points along it, n is its upper side.
+struct Frame {
+    Vec3d t, n;
+
+    Vec3d b() const { return t.cross(n); } ///< to the left
+
+    /// Makes t and n orthonormal; t keeps its direction and must not be zero.
+    void orthonormalize();
+
+    /// Turns the frame about a unit vector by an angle in radians.
+    void turn(const Vec3d& axis, double angle);
+
+    /// Turns the frame so that t moves towards the unit vector `goal`, by `angle` times the sine of
+    /// the angle between them.
+    void turnTowards(const Vec3d& goal, double angle);
+
+    /// Turns n towards +Y as far as t allows: 0 not at all, 1 entirely.
+    void faceUp(double amount);
+};
+
+/// A strand that is to grow: all that the parameters of its level do not say. Box space, metres.
+struct Strand {
+    Vec3d root{0.0};
+    Frame frame{Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
+    double length = 0, radius = 0;
+    std::uint64_t key = 0; ///< of its random numbers
+    int generation = 1;    ///< 1 on the ground or on another level, then counted up by forks
+    int clump = 0;         ///< the clump that it belongs to, for levels on the ground
+};
+
+/// A point of a strand's line.
+struct Node {
+    Vec3d p;
+    Frame frame;
+    double radius;
+};
+
+/// Draws a whole number from the span [first, second], all of them with the same probability if its
+/// ends are whole.
+int drawCount(const GrowthLevel::Span& span, Random& random);
+
+/// Returns the value times a normal number of mean 1 and the given deviation, clamped to 0.1 to 2.
+double varied(double value, double deviation, Random& random);
+
+/// Sets `nodes` to the line of a strand, level.segments + 1 nodes. A plain line has no curl and no
+/// frizz: children and the middle lines of clumps stand on it.
+void trace(const GrowthLevel& level, const Strand& strand, bool plain, std::vector<Node>& nodes);
+
+/// Returns the node at the fraction u of the line, 0 to 1, interpolated between two nodes.
+Node nodeAt(const std::vector<Node>& nodes, double u);
+
+/// Returns half the width of an outline at the nodes of `segments` pieces, as a part of about its
+/// greatest half width: scaled so that the pieces have the area of the smooth outline.
+std::vector<double> nodeWidths(Outline outline, int segments);
+
+} // namespace volcomp

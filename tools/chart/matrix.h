@@ -1,0 +1,41 @@
+// The settings that volcomp-chart measures. A new setting is a row in matrix.cpp.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "volcomp/render/render_params.h"
+
+namespace volcomp {
+
+/// A setting to measure.
+struct Row {
+    std::string name;                          ///< beside its point in the chart
+    std::string family;                        ///< the series that it belongs to
+    std::function<void(RenderParams&)> change; ///< of the settings that all rows begin with
+};
+
+/// Samples per pixel of most rows. Rows with that many are also compared with a reference that
+/// takes the same rays, which leaves out the error of sampling.
+constexpr int kSamples = 4;
+
+/// Returns the rows of the panel of radiance. They change the settings: exact, box, the scene's
+/// extinction, sweep, cutoff 0.001, kSamples samples. Names end in the samples per pixel.
+std::vector<Row> radianceRows();
+
+/// Returns the settings of the reference for radiance: trilinear, shadow rays, nearly no cutoff.
+RenderParams radianceReference(RenderParams params, int samples);
+
+/// Returns the rows of the panel of transmittance through the pixels' centres with isotropic
+/// extinction, which other programs can compute as well. They change: exact, box, cutoff 0.
+std::vector<Row> transmittanceRows();
+
+/// The steps of vdb_render, voxels.
+inline const std::vector<double> kPeerSteps{2, 1, 0.5, 0.25};
+
+/// The voxel sizes of the panel of voxel sizes, as factors on the scene's voxel. The first is taken
+/// for the truth.
+inline const std::vector<double> kVoxelFactors{0.35, 0.5, 0.71, 1, 1.41, 2, 2.83, 4};
+
+} // namespace volcomp
