@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(VOLCOMP_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/volcomp)
 install(TARGETS volcomp EXPORT volcompTargets
   ARCHIVE COMPONENT development
-  LIBRARY COMPONENT development NAMELINK_COMPONENT development)
+  LIBRARY COMPONENT programs NAMELINK_COMPONENT development) # the programs need a shared library
 foreach(header ${VOLCOMP_PUBLIC_HEADERS} ${VOLCOMP_INCLUDED_HEADERS})
   get_filename_component(room ${header} DIRECTORY)
   install(FILES libvolcomp/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/volcomp/${room}

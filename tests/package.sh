@@ -13,7 +13,7 @@ fail() {
 for field in Version Architecture Depends; do
     printf '%s: %s\n' $field "$(dpkg-deb -f "$deb" $field)"
 done
-for library in libopenvdb libgmp10 libmpfr6 python3; do
+for library in libopenvdb libgmp10 libtbb12 python3-numpy; do
     dpkg-deb -f "$deb" Depends | grep -q "$library" || fail "$library is not among the dependencies"
 done
 dpkg-deb -c "$deb" >"$work/files"

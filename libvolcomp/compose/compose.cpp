@@ -20,9 +20,9 @@ void check(const std::vector<Box>& boxes, const std::vector<Placement>& placemen
     params.validate();
     if (!(params.voxel > 0)) throw Error("compose: expected a voxel size > 0");
     for (const Placement& p : placements) {
-        if (p.box < 0 || static_cast<std::size_t>(p.box) >= boxes.size())
-            throw Error(fmt::format("compose: expected a box from 0 to {}, found {}",
-                                    boxes.size() - 1, p.box));
+        if (p.box >= boxes.size())
+            throw Error(
+                fmt::format("compose: expected a box below {}, found {}", boxes.size(), p.box));
         if (!(p.scale > 0 && std::isfinite(p.scale) && std::isfinite(p.position.lengthSqr())
               && std::isfinite(p.tint.lengthSqr())))
             throw Error(
@@ -98,8 +98,7 @@ PackedPart composePart(const TileSources& composer, const Progress& progress)
 }
 
 /// About how many pairs of a tile and a placement or triangle there are.
-double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
-               const ComposeExtras& extras, double voxel)
+double pairsOf(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel)
 {
     std::vector<Vec3d> extents;
     for (const Box& box : boxes) {
@@ -114,9 +113,9 @@ double pairsOf(const std::vector<Box>& boxes, const std::vector<Placement>& plac
     }
     const double tile = voxel * TileAccumulator::kSize;
     double pairs = 0;
-    for (const Placement& p : placements)
+    for (const Placement& p : scene.boxes.placements)
         pairs += std::pow(extents[p.box][0] * p.scale / tile + 1, 3);
-    for (const Skin& skin : extras.skins)
+    for (const Skin& skin : skinsOf(scene))
         pairs +=
             double(skin.surface().mesh().triangles.size()) + skin.surface().area() / (tile * tile);
     return pairs;
@@ -158,21 +157,19 @@ void estimatePart(const TileSources& composer, ComposeEstimate& e)
 PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
                      const ComposeParams& params, const Progress& progress)
 {
-    return compose(boxes, placements, ComposeExtras{}, params, progress);
+    return compose(boxes, placedBoxes(placements), params, progress);
 }
 
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
-                     const ComposeExtras& extras, const ComposeParams& params,
-                     const Progress& progress)
+PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
+                     const ComposeParams& params, const Progress& progress)
 {
-    check(boxes, placements, params);
-    const BoxSources sources = packBoxes(boxes, placements, extras, params.voxel);
+    check(boxes, scene.boxes.placements, params);
+    const BoxSources sources = packBoxes(boxes, scene, params.voxel);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
     for (std::size_t m = 0; m < sources.materials.size(); ++m)
         volume.parts.push_back(composePart(
-            TileSources(sources.boxes, placements, extras, params, sources.materials[m]),
-            [&](double f) {
+            TileSources(sources.boxes, scene, params, sources.materials[m]), [&](double f) {
                 report(progress, (double(m) + f) / double(sources.materials.size()));
             }));
     if (volume.parts.empty()) volume.parts.emplace_back();
@@ -180,24 +177,23 @@ PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>
     return volume;
 }
 
-ComposeEstimate estimateCompose(const std::vector<Box>& boxes,
-                                const std::vector<Placement>& placements,
-                                const ComposeExtras& extras, const ComposeParams& params)
+ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene& scene,
+                                const ComposeParams& params)
 {
-    check(boxes, placements, params);
+    check(boxes, scene.boxes.placements, params);
     ComposeParams coarse = params;
     double factor = 1; // finer than the boxes, voxels grow with the cube of the resolution
-    while (pairsOf(boxes, placements, extras, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
+    while (pairsOf(boxes, scene, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
         coarse.voxel *= 2;
         factor *= 8;
     }
-    const BoxSources sources = packBoxes(boxes, placements, extras, coarse.voxel);
+    const BoxSources sources = packBoxes(boxes, scene, coarse.voxel);
     ComposeEstimate e;
     for (const std::string& material : sources.materials)
-        estimatePart(TileSources(sources.boxes, placements, extras, coarse, material), e);
+        estimatePart(TileSources(sources.boxes, scene, coarse, material), e);
     e.voxels *= factor;
     e.bytes *= factor;
-    e.bytes += double(placements.size()) * sizeof(Placement);
+    e.bytes += double(scene.boxes.bytes());
     return e;
 }
 

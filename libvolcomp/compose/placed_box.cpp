@@ -135,10 +135,7 @@ void PlacedBox::add(const openvdb::Coord& tile_origin, float weight, const Voxel
     addBox(box, tile);
 }
 
-BoxTint::BoxTint(const PlacedBox& box, const VoxelTint& tint)
-    : m_box(box), m_walk(tint, box.m_placement.triangle)
-{
-}
+BoxTint::BoxTint(const PlacedBox& box, const VoxelTint& tint) : m_box(box), m_walk(tint) { }
 
 void BoxTint::apply(std::uint32_t voxel, VoxelSum& sum)
 {

@@ -6,7 +6,7 @@
 
 #include "volcomp/compose/box_kernel.h"
 #include "volcomp/compose/box_source.h"
-#include "volcomp/place/scatter.h"
+#include "volcomp/place/placement.h"
 #include "volcomp/compose/tile_accumulator.h"
 #include "volcomp/compose/voxel_tint.h"
 

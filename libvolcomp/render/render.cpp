@@ -216,10 +216,10 @@ Image render(const VoxelTree& tree, const std::vector<Material>& materials, cons
 {
     camera.validate();
     params.validate();
-    const double start = seconds();
+    const double start = wallSeconds();
     const std::shared_ptr<const VoxelTree> finest(std::shared_ptr<void>(), &tree); // not owned
     const std::vector<VoxelLevel> levels = voxelLevels(finest, camera, params);
-    const double made = seconds();
+    const double made = wallSeconds();
     Image image = render(levels, materials, camera, lights, params, progress, stats);
     if (stats) stats->prepare_seconds += made - start;
     return image;
@@ -233,13 +233,13 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
     params.validate();
     for (const Light& light : lights) light.validate();
     const Crop crop = params.crop.width > 0 ? params.crop : Crop{0, 0, params.width, params.height};
-    const double start = seconds();
+    const double start = wallSeconds();
     std::vector<Material> part_materials;
     for (const VoxelTree::Part& part : levels.at(0).tree->parts())
         part_materials.push_back(materialOf(part, materials));
     const CameraRays rays(camera, params.width, params.height);
     const LevelOfDetail tracer(levels, part_materials, lights, params, rays, crop);
-    const double prepared = seconds();
+    const double prepared = wallSeconds();
 
     RenderState own;
     TileRenderer tiles(tracer, rays, crop, params, lights, watch ? watch->state : own);
@@ -250,7 +250,7 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
         stats->shaded_voxels = counts.shaded_voxels;
         stats->active_voxels = levels[0].tree->voxelCount();
         stats->prepare_seconds = prepared - start;
-        stats->march_seconds = seconds() - prepared;
+        stats->march_seconds = wallSeconds() - prepared;
     }
     return tiles.image();
 }

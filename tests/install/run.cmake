@@ -1,6 +1,6 @@
 # Installs the library to a prefix below the working directory, and configures and builds the project
-# beside this file against it: -DBUILD=FOLDER [-DCXX_FLAGS=...] -DTARGET=uses_volcomp, which is then
-# run, or -DTARGET=headers with -DCOMPILER=g++ or clang++.
+# beside this file against it: -DBUILD=FOLDER [-DCXX_FLAGS=...] -DMAKE=uses_volcomp, which is then
+# run, or -DMAKE=headers with -DCOMPILER=g++ or clang++.
 cmake_minimum_required(VERSION 3.25)
 set(source ${CMAKE_CURRENT_LIST_DIR})
 set(work $ENV{TMPDIR})
@@ -37,7 +37,7 @@ endforeach()
 
 run(${CMAKE_COMMAND} -G Ninja -S ${source} -B ${work}/build -Wno-dev
   -DCMAKE_PREFIX_PATH=${work}/prefix -DCMAKE_CXX_FLAGS=${CXX_FLAGS} ${compiler})
-run(${CMAKE_COMMAND} --build ${work}/build --target ${TARGET} -- -k 0)
-if(TARGET STREQUAL uses_volcomp)
+run(${CMAKE_COMMAND} --build ${work}/build --target ${MAKE} -- -k 0)
+if(MAKE STREQUAL uses_volcomp)
   run(${work}/build/uses_volcomp ${source}/../interop/scene.toml ${work}/a.vdb)
 endif()
