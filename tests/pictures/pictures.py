@@ -50,9 +50,9 @@ class Picture:
 #     trilinear, not box       5.7/11   28/52    25/50    97/250   59/140   19/70    21/43
 #     isotropic extinction     65/470   52/320   0        5.8/24   44/260   65/510   41/460
 #     exact shadows, not sweep 7.9/72   56/180   24/77    12/53    71/180   6.5/18   2.0/6.8
-#     a layer 1 voxel too high 47/290   40/170   36/73    37/76    52/83    32/200   -
-#     a layer's other seed     47/200   33/61    38/91    69/310   32/61    14/73    -
-#     a box's other seed       38/110   25/43    28/84    110/930  -        21/88    -
+#     a layer 1 voxel too high 47/290   40/170   36/73    37/76    52/83    32/200   34/180
+#     a layer's other seed     47/200   33/61    38/91    69/310   32/61    14/73    20/91
+#     a box's other seed       38/110   25/43    28/84    110/930  34/71    21/88    20/130
 #
 # (The forest has no fibres.) The same placements on AVX-512 with fused products and sums, and on
 # SSE2 without them, differed by .02/.08 (hello), .05/.14 (robe) and .16/.63 (coat). The limits lie
