@@ -115,7 +115,8 @@ void check(const std::vector<Segment>& segments, double voxel)
 {
     if (!(voxel >= kSmallestVoxel) || !std::isfinite(voxel))
         throw Error(fmt::format(
-            "the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller things in millimetres",
+            "the voxel of a box: expected a length of at least {:g} m, found {:g} m; write smaller "
+            "things in millimetres",
             kSmallestVoxel, voxel));
     double farthest = 0;
     for (const Segment& s : segments) {
@@ -130,7 +131,8 @@ void check(const std::vector<Segment>& segments, double voxel)
     }
     if (farthest / voxel > kMaxCoordinate / 2)
         throw Error(fmt::format(
-            "a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is needed",
+            "a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is "
+            "needed",
             farthest, kMaxCoordinate / 2, voxel));
 }
 

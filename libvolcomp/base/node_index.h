@@ -23,6 +23,9 @@ constexpr int numberInNode(int x, int y, int z)
     return (x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15);
 }
 
+/// The same for the leaf that holds c.
+inline int numberInNode(const openvdb::math::Coord& c) { return numberInNode(c[0], c[1], c[2]); }
+
 /// The first voxel of the leaf of number n, from its node's first voxel.
 inline openvdb::math::Coord leafInNode(int n)
 {

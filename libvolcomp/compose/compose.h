@@ -6,19 +6,13 @@
 #include "volcomp/compose/compose_params.h"
 #include "volcomp/volume/packed_volume.h"
 #include "volcomp/base/progress.h"
-#include "volcomp/place/scatter.h"
-#include "volcomp/compose/skin.h"
-#include "volcomp/compose/voxel_tint.h"
+#include "volcomp/place/placed_scene.h"
+#include "volcomp/volume/volume.h"
 
 namespace volcomp {
 
-/// What is composed beside the boxes.
-struct ComposeExtras {
-    std::vector<VoxelTint> tints; ///< one for each layer, by Placement::layer; may be empty
-    std::vector<Skin> skins;
-};
-
-/// Adds the placed boxes into one volume of voxels of edge params.voxel (> 0 here).
+/// Adds the placed boxes, and the skins of the surfaces, into one volume of voxels of edge
+/// params.voxel (> 0 here).
 ///
 /// Every voxel of a box is spread over the target's voxels that a cube of its size, with the
 /// target's axes, overlaps: the integral of density is kept exactly (to float rounding) at any
@@ -32,11 +26,12 @@ struct ComposeExtras {
 /// that a placed box or skin uses; without any, one empty part. The bytes do not depend on threads.
 /// The result is packed: unpack() makes grids of it, writeVolume() a file. Throws Error for indices
 /// out of range, values that are not finite, and volumes beyond 2^24 voxels from the origin.
+PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
+                     const ComposeParams& params, const Progress& progress = {});
+
+/// The same for boxes without surfaces, of which it makes a copy: for a few of them.
 PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
                      const ComposeParams& params, const Progress& progress = {});
-PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
-                     const ComposeExtras& extras, const ComposeParams& params,
-                     const Progress& progress = {});
 
 /// What compose() would need.
 struct ComposeEstimate {
@@ -48,8 +43,7 @@ struct ComposeEstimate {
 /// often the more sources it has, and counts the less, so that few crowded tiles do not escape.
 /// Where even finding the tiles would take long, it works at a coarser voxel and multiplies by the
 /// cube of the ratio, which is an upper bound.
-ComposeEstimate estimateCompose(const std::vector<Box>& boxes,
-                                const std::vector<Placement>& placements,
-                                const ComposeExtras& extras, const ComposeParams& params);
+ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene& scene,
+                                const ComposeParams& params);
 
 } // namespace volcomp

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "volcomp/base/error.h"
-
 namespace volcomp {
 namespace {
 
@@ -52,12 +50,12 @@ void divide(const Corner& a, const Corner& b, const Corner& c, double share, con
 
 } // namespace
 
-Skin::Skin(const Surface& surface, const SkinSpec& spec)
-    : m_surface(&surface), m_spec(spec), m_colour(spec.maps, true)
+std::vector<Skin> skinsOf(const PlacedScene& scene)
 {
-    if (m_colour.usesUv() && !surface.hasUv())
-        throw Error(
-            "skin: its map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+    std::vector<Skin> skins;
+    for (const PlacedSurface& s : scene.surfaces)
+        if (!s.skin.material.empty()) skins.emplace_back(s);
+    return skins;
 }
 
 Vec3f Skin::colour(const SurfacePoint& p) const

@@ -4,17 +4,18 @@
 
 #include <memory>
 
-#include "volcomp/surface/second_density.h"
-#include "volcomp/surface/surface.h"
+#include "volcomp/place/placed_scene.h"
 #include "volcomp/compose/tile_accumulator.h"
 
 namespace volcomp {
 
-/// A shell to compose. The surface must outlive it.
+/// The shell of one surface that has a skin. The surface must outlive it.
 class Skin {
 public:
-    /// Loads the colour's maps. Throws their Errors.
-    Skin(const Surface& surface, const SkinSpec& spec);
+    explicit Skin(const PlacedSurface& surface)
+        : m_surface(&surface.surface), m_spec(surface.skin), m_colour(surface.skin_colour)
+    {
+    }
 
     const std::string& material() const { return m_spec.material; }
     const Surface& surface() const { return *m_surface; }
@@ -35,5 +36,8 @@ private:
     SkinSpec m_spec;
     SecondDensity m_colour;
 };
+
+/// The skins of a scene, in the order of its surfaces.
+std::vector<Skin> skinsOf(const PlacedScene& scene);
 
 } // namespace volcomp

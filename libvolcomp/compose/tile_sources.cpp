@@ -10,10 +10,8 @@
 namespace volcomp {
 namespace {
 
-constexpr int kTile = TileAccumulator::kSize;
-
-/// Level of the pyramid for a box placed so that its voxel is `step` voxels of the target: the
-/// coarsest whose voxel is not larger than the target's.
+/// Level of the pyramid for a box whose voxel, as placed, has `step` times the edge of the
+/// target's: the coarsest level whose voxels are not larger than the target's.
 int levelFor(double step)
 {
     int level = 0;
@@ -21,46 +19,55 @@ int levelFor(double step)
     return level;
 }
 
-// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node
-// in it, tile in the node.
-constexpr int kInNode = 7 - TileAccumulator::kLog2,
-              kInRoot = 5
-    + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
-constexpr int kRootBits = 13, kRootBias = 1 << (kRootBits - 1);
-static_assert(3 * (kRootBits + kInRoot) <= 64
-              && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
+// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3 voxels. From the highest
+// bits down it holds x, y, z of the root's entry of 4096^3 voxels, then of the node in it, then of
+// the tile in the node.
+constexpr int kNodeBits = 7 - TileAccumulator::kLog2; ///< of a tile's coordinate within a node
+constexpr int kEntryBits = 5;                         ///< of a node's within an entry
+constexpr int kRootBits = 13;                         ///< of an entry's, which may be negative
+constexpr int kRootBias = 1 << (kRootBits - 1);
+static_assert(3 * (kRootBits + kEntryBits + kNodeBits) <= 64);
+static_assert(TileAccumulator::kLog2 + kNodeBits + kEntryBits + kRootBits >= 25,
+              "voxels from -2^24 to 2^24");
 
-std::uint64_t tileKey(const openvdb::Coord& t)
+std::uint64_t tileKey(const openvdb::Coord& tile)
 {
     std::uint64_t key = 0;
+    const auto append = [&](int value, int bits) {
+        key = key << bits | static_cast<std::uint64_t>(value & ((1 << bits) - 1));
+    };
     for (int i = 0; i < 3; ++i)
-        key = key << kRootBits | std::uint64_t((t[i] >> kInRoot) + kRootBias);
-    for (int i = 0; i < 3; ++i) key = key << 5 | std::uint64_t(t[i] >> kInNode & 31);
-    for (int i = 0; i < 3; ++i) key = key << kInNode | std::uint64_t(t[i] & ((1 << kInNode) - 1));
+        append((tile[i] >> (kEntryBits + kNodeBits)) + kRootBias, kRootBits);
+    for (int i = 0; i < 3; ++i) append(tile[i] >> kNodeBits, kEntryBits);
+    for (int i = 0; i < 3; ++i) append(tile[i], kNodeBits);
     return key;
 }
 
+/// The first voxel of a tile.
 openvdb::Coord tileOrigin(std::uint64_t key)
 {
-    const auto bits = [&](int from, int count) {
-        return static_cast<int>(key >> from & ((1 << count) - 1));
+    const auto takeLast = [&](int bits) {
+        const auto value = static_cast<int>(key & ((std::uint64_t(1) << bits) - 1));
+        key >>= bits;
+        return value;
     };
-    openvdb::Coord t;
+    openvdb::Coord in_node, in_entry, entry;
+    for (int i = 2; i >= 0; --i) in_node[i] = takeLast(kNodeBits);
+    for (int i = 2; i >= 0; --i) in_entry[i] = takeLast(kEntryBits);
+    for (int i = 2; i >= 0; --i) entry[i] = takeLast(kRootBits) - kRootBias;
+    openvdb::Coord origin;
     for (int i = 0; i < 3; ++i)
-        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32
-                + bits(3 * kInNode + (2 - i) * 5, 5))
-                * (1 << kInNode)
-            + bits((2 - i) * kInNode, kInNode);
-    return {t[0] * kTile, t[1] * kTile, t[2] * kTile};
+        origin[i] = ((entry[i] * (1 << kEntryBits) + in_entry[i]) * (1 << kNodeBits) + in_node[i])
+            * TileAccumulator::kSize;
+    return origin;
 }
 
 } // namespace
 
-BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
-                     const ComposeExtras& extras, double voxel)
+BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel)
 {
     std::vector<float> smallest(boxes.size(), 0); // scale of the box's placements; 0: none
-    for (const Placement& p : placements)
+    for (const Placement& p : scene.boxes.placements)
         if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
     BoxSources packed;
     packed.boxes.resize(boxes.size());
@@ -79,15 +86,14 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>
                     levels.push_back(coarsen(levels.back()));
                 use(part.material);
             }
-    for (const Skin& skin : extras.skins) use(skin.material());
+    for (const Skin& skin : skinsOf(scene)) use(skin.material());
     return packed;
 }
 
-TileSources::TileSources(const std::vector<Pyramids>& boxes,
-                         const std::vector<Placement>& placements, const ComposeExtras& extras,
+TileSources::TileSources(const std::vector<Pyramids>& boxes, const PlacedScene& scene,
                          const ComposeParams& params, std::string material)
-    : m_boxes(boxes), m_placements(placements), m_extras(extras), m_params(params),
-      m_material(std::move(material))
+    : m_boxes(boxes), m_scene(scene), m_placements(scene.boxes.placements), m_skins(skinsOf(scene)),
+      m_params(params), m_material(std::move(material))
 {
     findColours();
     findTiles();
@@ -116,11 +122,13 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
             // Where directions are equally strong the earlier placement's wins (MODEL section 8):
             // it counts for up to 1/4096 more, less than a half float shows.
             const float weight = 1 + float(end - i) / float(end - first) / 4096;
-            PlacedBox(p, *partOf(p), m_params.voxel).add(origin, weight, tintOf(p), sums);
+            const VoxelTint tint = tintOf(source);
+            PlacedBox(p, *partOf(p), m_params.voxel)
+                .add(origin, weight, tint.colour ? &tint : nullptr, sums);
             continue;
         }
         source -= m_placements.size();
-        for (const Skin& skin : m_extras.skins) {
+        for (const Skin& skin : m_skins) {
             const std::size_t triangles = skin.surface().mesh().triangles.size();
             if (source < triangles) {
                 skin.add(static_cast<std::int32_t>(source), m_params.voxel, origin, sums);
@@ -144,11 +152,19 @@ const SourcePart* TileSources::partOf(const Placement& p) const
     return nullptr;
 }
 
-const VoxelTint* TileSources::tintOf(const Placement& p) const
+bool TileSources::hasVoxelTint(const Placement& p) const
 {
-    if (p.layer < 0 || static_cast<std::size_t>(p.layer) >= m_extras.tints.size()) return nullptr;
-    const VoxelTint& t = m_extras.tints[p.layer];
-    return t.surface && t.colour ? &t : nullptr;
+    return p.layer < m_scene.layers.size() && m_scene.layers[p.layer].tints_voxels;
+}
+
+/// The voxel tint of a placement; without a colour if it has none.
+VoxelTint TileSources::tintOf(std::size_t placement) const
+{
+    const Placement& p = m_placements[placement];
+    if (!hasVoxelTint(p)) return {};
+    const PlacedLayer& layer = m_scene.layers[p.layer];
+    return {&m_scene.surfaces[layer.surface].surface, &layer.tint,
+            m_scene.boxes.triangle(placement)};
 }
 
 /// Whether grids of direction and colour are needed, and where not, the one colour.
@@ -163,12 +179,12 @@ void TileSources::findColours()
         if (const SourcePart* part = partOf(p)) {
             m_direction = m_direction || part->has_direction;
             m_kind = part->kind;
-            if (part->has_colour || tintOf(p)) m_colour = true;
+            if (part->has_colour || hasVoxelTint(p)) m_colour = true;
             else
                 see(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
                           part->colour[2] * p.tint[2]));
         }
-    for (const Skin& skin : m_extras.skins)
+    for (const Skin& skin : m_skins)
         if (skin.material() == m_material) {
             m_direction = true;
             m_kind = MaterialKind::surface;
@@ -182,7 +198,7 @@ void TileSources::findTiles()
 {
     constexpr std::size_t kChunk = 4096;
     const std::size_t chunks = (m_placements.size() + kChunk - 1) / kChunk;
-    std::vector<std::vector<Entry>> lists(chunks + m_extras.skins.size());
+    std::vector<std::vector<Entry>> lists(chunks + m_skins.size());
     tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) {
         for (std::size_t i = c * kChunk; i < std::min(m_placements.size(), (c + 1) * kChunk); ++i)
             if (const SourcePart* part = partOf(m_placements[i]))
@@ -192,8 +208,8 @@ void TileSources::findTiles()
                     });
     });
     std::uint64_t source = m_placements.size();
-    for (std::size_t s = 0; s < m_extras.skins.size(); ++s) {
-        const Skin& skin = m_extras.skins[s];
+    for (std::size_t s = 0; s < m_skins.size(); ++s) {
+        const Skin& skin = m_skins[s];
         const std::size_t triangles = skin.surface().mesh().triangles.size();
         if (skin.material() == m_material)
             for (std::size_t t = 0; t < triangles; ++t) {

@@ -8,7 +8,9 @@
 
 #include "volcomp/compose/box_source.h"
 #include "volcomp/compose/compose.h"
+#include "volcomp/compose/skin.h"
 #include "volcomp/compose/tile_accumulator.h"
+#include "volcomp/compose/voxel_tint.h"
 
 namespace volcomp {
 
@@ -21,14 +23,13 @@ struct BoxSources {
     std::vector<Pyramids> boxes;
     std::vector<std::string> materials;
 };
-BoxSources packBoxes(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
-                     const ComposeExtras& extras, double voxel);
+BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel);
 
 /// All arguments must outlive it.
 class TileSources {
 public:
-    TileSources(const std::vector<Pyramids>& boxes, const std::vector<Placement>& placements,
-                const ComposeExtras& extras, const ComposeParams& params, std::string material);
+    TileSources(const std::vector<Pyramids>& boxes, const PlacedScene& scene,
+                const ComposeParams& params, std::string material);
 
     /// A part without voxels, of the right kind and grids.
     PackedPart emptyPart() const;
@@ -62,13 +63,15 @@ private:
     };
 
     const SourcePart* partOf(const Placement& p) const;
-    const VoxelTint* tintOf(const Placement& p) const;
+    bool hasVoxelTint(const Placement& p) const;
+    VoxelTint tintOf(std::size_t placement) const;
     void findColours();
     void findTiles();
 
     const std::vector<Pyramids>& m_boxes;
-    const std::vector<Placement>& m_placements;
-    const ComposeExtras& m_extras;
+    const PlacedScene& m_scene;
+    const std::vector<Placement>& m_placements; ///< of m_scene
+    std::vector<Skin> m_skins;
     const ComposeParams& m_params;
     std::string m_material;
     MaterialKind m_kind = MaterialKind::fibre;

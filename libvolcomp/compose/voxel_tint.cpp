@@ -2,12 +2,12 @@
 
 namespace volcomp {
 
-TintWalk::TintWalk(const VoxelTint& tint, std::int32_t triangle)
+TintWalk::TintWalk(const VoxelTint& tint)
     : m_tint(tint),
       m_by_mesh(tint.colour->usesUv() && tint.surface->projection().kind == ProjectionKind::uv),
-      m_triangle(triangle)
+      m_triangle(tint.triangle)
 {
-    if (static_cast<std::size_t>(triangle) >= tint.surface->mesh().triangles.size())
+    if (static_cast<std::size_t>(tint.triangle) >= tint.surface->mesh().triangles.size())
         m_triangle = -1;
 }
 

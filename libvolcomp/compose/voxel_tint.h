@@ -9,17 +9,17 @@ namespace volcomp {
 
 /// Looked up at the (u,v) of the voxel's own place: by the surface's projection; or, by texture
 /// coordinates, of the surface's point nearest to the voxel on a walk from where the box stands.
-/// The pointers must outlive compose(); nulls: no such colour.
+/// The pointers must outlive it.
 struct VoxelTint {
     const Surface* surface = nullptr;
     const SecondDensity* colour = nullptr;
+    std::int32_t triangle = -1; ///< of the surface on which the box stands; -1: unknown
 };
 
 /// The look-ups of one placed box, one after another.
 class TintWalk {
 public:
-    /// `triangle` of the surface on which the box stands; -1: unknown.
-    TintWalk(const VoxelTint& tint, std::int32_t triangle);
+    explicit TintWalk(const VoxelTint& tint);
 
     Vec3f at(const Vec3d& world);
 

@@ -33,7 +33,8 @@ int GrowthRule::parentOf(std::size_t i) const
     for (std::size_t k = 0; k < i; ++k)
         if (levels[k].name == levels[i].parent) return static_cast<int>(k);
     throw Error(fmt::format(
-        "box {}: level '{}' stands on '{}', which is neither \"ground\" nor the name of a level above it",
+        "box {}: level '{}' stands on '{}', which is neither \"ground\" nor the name of a level above "
+        "it",
         name, levels[i].name, levels[i].parent));
 }
 

@@ -63,7 +63,8 @@ struct GrowthLevel {
     int segments = 8;         ///< pieces of each strand
 
     // Angles over the whole length of a strand, radians. Those of comb, gravity and light are for a
-    // strand at right angles to where it turns; they shrink with the sine of the angle that is left.
+    // strand at right angles to where it turns; they shrink with the sine of the angle that is
+    // left.
     double bend = 0;           ///< away from the parent's tip (down)
     double bend_variation = 0; ///< standard deviation of the bend
     double comb = 0;           ///< turn towards +X of the box

@@ -17,7 +17,7 @@ constexpr int kLabelHeight = 44, kGap = 4;
 constexpr float kPaper = 0.9f, kInk[] = {0.02f, 0.02f, 0.02f, 1.0f};
 const Vec3d kSky(0.62, 0.72, 0.84);
 
-/// "1.2 m", "35 mm": three digits in the unit that reads best.
+/// A length in the unit that reads best, with three digits: "1.2 m", "35 mm".
 std::string lengthText(double metres)
 {
     if (metres >= 1) return fmt::format("{:.3g} m", metres);
@@ -40,43 +40,76 @@ Light directional(const Vec3d& direction, double strength)
     return light;
 }
 
+/// The bounds of a box's voxels; a unit cube if it has none.
+struct Extent {
+    Vec3d low{0.0}, high{1.0};
+    std::uint64_t voxels = 0;
+};
+
+Extent extentOf(const Box& box)
+{
+    Extent e;
+    openvdb::CoordBBox bounds;
+    for (const VolumePart& part : box.volume.parts) {
+        bounds.expand(part.density->evalActiveVoxelBoundingBox());
+        e.voxels += part.density->activeVoxelCount();
+    }
+    if (e.voxels == 0) return e;
+    const double h = box.volume.voxelSize();
+    e.low = (bounds.min().asVec3d() - Vec3d(0.5)) * h;
+    e.high = (bounds.max().asVec3d() + Vec3d(0.5)) * h;
+    return e;
+}
+
+/// A camera in front of the box and slightly above, in whose picture it fits.
+Camera cameraFor(const Extent& e)
+{
+    const Vec3d extent = e.high - e.low,
+                to_eye = Vec3d(0.3, 0.25, 1) / Vec3d(0.3, 0.25, 1).length();
+    Camera camera;
+    camera.projection = Projection::orthographic;
+    camera.target = (e.low + e.high) * 0.5;
+    camera.eye = camera.target + to_eye * (2 * extent.length());
+    const CameraFrame frame(camera);
+    camera.width = 0;
+    for (const Vec3d& axis : {frame.right, frame.up})
+        camera.width = std::max(camera.width,
+                                std::abs(axis[0]) * extent[0] + std::abs(axis[1]) * extent[1]
+                                    + std::abs(axis[2]) * extent[2]);
+    return camera;
+}
+
+/// Copies a tile's picture and writes its text below.
+void addTile(Image& sheet, OIIO::ImageBuf& text, const BoxThumbnail& tile, int left, int top)
+{
+    for (int y = 0; y < tile.picture.height; ++y)
+        for (int x = 0; x < tile.picture.width; ++x)
+            // The colour alone: it already has the background where alpha is less than 1.
+            std::copy_n(tile.picture.pixel(x, y), 3, sheet.pixel(left + x, top + y));
+    const int below = top + tile.picture.height;
+    for (const auto& [line, y, font_size] :
+         {std::tuple(tile.title, below + 19, 17), std::tuple(tile.subtitle, below + 37, 11)})
+        if (!OIIO::ImageBufAlgo::render_text(text, left + 4, y, line, font_size, "DejaVuSans",
+                                             kInk))
+            throw Error(
+                "a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): "
+                + text.geterror());
+}
+
 } // namespace
 
 BoxThumbnail renderBoxThumbnail(const Box& box, const std::vector<Material>& materials,
                                 const RenderParams& scene_params, int size,
                                 const Progress& progress)
 {
-    openvdb::CoordBBox bounds;
-    std::uint64_t voxels = 0;
-    for (const VolumePart& part : box.volume.parts) {
-        bounds.expand(part.density->evalActiveVoxelBoundingBox());
-        voxels += part.density->activeVoxelCount();
-    }
-    const double h = box.volume.voxelSize();
+    const Extent e = extentOf(box);
+    const Vec3d extent = e.high - e.low;
     BoxThumbnail tile;
     tile.title = fmt::format("{} {}", box.name, box.variant + 1);
-
-    Camera camera;
-    camera.projection = Projection::orthographic;
-    const bool empty = voxels == 0;
-    const Vec3d low = empty ? Vec3d(0.0) : (bounds.min().asVec3d() - Vec3d(0.5)) * h,
-                high = empty ? Vec3d(1.0) : (bounds.max().asVec3d() + Vec3d(0.5)) * h;
-    const Vec3d extent = high - low, to_eye = Vec3d(0.3, 0.25, 1) / Vec3d(0.3, 0.25, 1).length();
-    Vec3d right = Vec3d(0, 1, 0).cross(to_eye);
-    right.normalize();
-    const Vec3d up = to_eye.cross(right);
-    double across = 0;
-    for (const Vec3d& axis : {right, up})
-        across = std::max(across,
-                          std::abs(axis[0]) * extent[0] + std::abs(axis[1]) * extent[1]
-                              + std::abs(axis[2]) * extent[2]);
-    camera.target = (low + high) * 0.5;
-    camera.eye = camera.target + to_eye * (2 * extent.length());
-    camera.width = across;
-    tile.subtitle = empty
+    tile.subtitle = e.voxels == 0
         ? "empty"
         : fmt::format("{} high, {} wide, {} voxels", lengthText(extent[1]),
-                      lengthText(std::max(extent[0], extent[2])), countText(voxels));
+                      lengthText(std::max(extent[0], extent[2])), countText(e.voxels));
 
     RenderParams params = scene_params;
     params.width = params.height = size;
@@ -86,7 +119,7 @@ BoxThumbnail renderBoxThumbnail(const Box& box, const std::vector<Material>& mat
     params.ambient = Vec3d(0.5);
     const std::vector<Light> lights{directional({0.45, -0.8, -0.55}, 1.9),
                                     directional({-0.7, -0.1, -0.6}, 0.35)};
-    tile.picture = render(box.volume, materials, camera, lights, params, progress);
+    tile.picture = render(box.volume, materials, cameraFor(e), lights, params, progress);
     return tile;
 }
 
@@ -111,22 +144,8 @@ Image contactSheet(const std::vector<BoxThumbnail>& tiles)
         const BoxThumbnail& tile = tiles[static_cast<std::size_t>(k)];
         if (tile.picture.width != width || tile.picture.height != height)
             throw Error("a sheet: expected pictures of one size");
-        const int x0 = kGap + k % columns * (width + kGap),
-                  y0 = kGap + k / columns * (cell_height + kGap);
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) {
-                const float* from = tile.picture.pixel(x, y);
-                float* to = sheet.pixel(x0 + x, y0 + y);
-                // the background shows where alpha is less than 1 and is already in the colour
-                for (int c = 0; c < 3; ++c) to[c] = from[c];
-            }
-        for (const auto& [line, y, font_size] :
-             {std::tuple(tile.title, height + 19, 17), std::tuple(tile.subtitle, height + 37, 11)})
-            if (!OIIO::ImageBufAlgo::render_text(text, x0 + 4, y0 + y, line, font_size,
-                                                 "DejaVuSans", kInk))
-                throw Error(
-                    "a sheet's labels need the font DejaVu Sans (Debian's package fonts-dejavu-core): "
-                    + text.geterror());
+        addTile(sheet, text, tile, kGap + k % columns * (width + kGap),
+                kGap + k / columns * (cell_height + kGap));
     }
     return sheet;
 }

@@ -1,4 +1,4 @@
-// A picture of each box in one sheet, to see at a glance what was baked.
+// A sheet with a picture of each box, to see at a glance what was baked.
 #pragma once
 
 #include <string>
@@ -12,21 +12,21 @@
 
 namespace volcomp {
 
-/// One picture of a sheet, with two lines below it.
+/// One picture of a sheet and the two lines of text below it.
 struct BoxThumbnail {
     Image picture;
     std::string title, subtitle;
 };
 
-/// The box from the front and slightly above, as large as fits into size x size pixels, lit from
-/// the upper left in front of a bright background; its name, extent and number of voxels below.
-/// `params` gives tau and the extinction. Throws Error as render() does.
+/// Renders a box from the front and slightly above, as large as fits into size x size pixels, lit
+/// from the upper left in front of a bright background. The text is its name, its extent and its
+/// number of voxels. `params` gives tau and the extinction. Throws Error as render() does.
 BoxThumbnail renderBoxThumbnail(const Box& box, const std::vector<Material>& materials,
                                 const RenderParams& params, int size = 256,
                                 const Progress& progress = {});
 
-/// The tiles in rows, wider than high. Throws Error where there is no tile, their sizes differ or
-/// no font is installed.
+/// Puts the tiles in rows, so that the sheet is wider than high. Throws Error if there is no tile,
+/// if their sizes differ, or if the font DejaVu Sans is not installed.
 Image contactSheet(const std::vector<BoxThumbnail>& tiles);
 
 } // namespace volcomp

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -15,99 +17,117 @@
 namespace volcomp {
 namespace {
 
-/// From the world to pixels and depth.
+/// A point on the picture, pixels from its top left corner, and its depth along the view.
+struct Projected {
+    double x, y, depth;
+};
+
+/// Projects points of the world onto a picture.
 class Screen {
 public:
-    Screen(const Camera& c, int width, int height) : m_camera(c), m_width(width), m_height(height)
+    Screen(const Camera& c, int width, int height)
+        : m_camera(c), m_frame(c), m_width(width), m_height(height)
     {
-        m_forward = (c.target - c.eye).unit();
-        m_right = m_forward.cross(c.up).unit();
-        m_up = m_right.cross(m_forward);
     }
-    /// False behind the eye.
-    bool project(const Vec3d& p, double& x, double& y, double& z) const
+    /// Returns nothing for a point behind the eye.
+    std::optional<Projected> project(const Vec3d& p) const
     {
         const Vec3d d = p - m_camera.eye;
-        z = d.dot(m_forward);
-        if (z <= 1e-9) return false;
+        const double depth = d.dot(m_frame.forward);
+        if (depth <= 1e-9) return std::nullopt;
         const double f = m_camera.projection == Projection::orthographic
             ? m_width / m_camera.width
-            : m_width / (2 * z * std::tan(m_camera.field_of_view / 2));
-        x = 0.5 * m_width + d.dot(m_right) * f;
-        y = 0.5 * m_height - d.dot(m_up) * f;
-        return true;
+            : m_width / (2 * depth * std::tan(m_camera.field_of_view / 2));
+        return Projected{0.5 * m_width + d.dot(m_frame.right) * f,
+                         0.5 * m_height - d.dot(m_frame.up) * f, depth};
     }
-    const Vec3d& forward() const { return m_forward; }
     const Vec3d& eye() const { return m_camera.eye; }
 
 private:
     const Camera& m_camera;
+    CameraFrame m_frame;
     int m_width, m_height;
-    Vec3d m_forward, m_right, m_up;
 };
 
 const Vec3f kColours[6] = {{0.9f, 0.1f, 0.08f},  {0.1f, 0.7f, 0.15f}, {0.12f, 0.25f, 1.0f},
                            {0.9f, 0.75f, 0.05f}, {0.8f, 0.1f, 0.8f},  {0.05f, 0.75f, 0.8f}};
 
+/// One picture of the sheet with its depth buffer.
 struct Panel {
     int width, height;
-    std::vector<float> depth;
+    std::vector<float> depth; ///< along the view
     std::vector<Vec3f> colour;
     Panel(int w, int h)
         : width(w), height(h), depth(std::size_t(w) * h, std::numeric_limits<float>::infinity()),
           colour(std::size_t(w) * h, Vec3f(0.02f))
     {
     }
+    std::size_t index(int x, int y) const { return std::size_t(y) * width + x; }
 };
 
 using Paint = std::function<Vec3f(const SurfacePoint&)>;
 
+/// The whole pixels from `low` to `high`, as far as they lie in [0, size).
+std::pair<int, int> pixelsBetween(double low, double high, int size)
+{
+    return {int(std::clamp(std::floor(low), 0.0, double(size))),
+            int(std::clamp(std::ceil(high), -1.0, double(size - 1)))};
+}
+
+void drawTriangle(Panel& panel, const Screen& screen, const Surface& surface, std::int32_t triangle,
+                  const Paint& paint)
+{
+    Projected p[3];
+    for (int i = 0; i < 3; ++i) {
+        const std::int32_t corner = surface.mesh().triangles[triangle][i];
+        const auto found = screen.project(surface.mesh().points[corner]);
+        if (!found) return;
+        p[i] = *found;
+    }
+    const double area =
+        (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[2].x - p[0].x) * (p[1].y - p[0].y);
+    if (!(std::abs(area) > 1e-12)) return;
+    const auto [left, right] = pixelsBetween(std::min({p[0].x, p[1].x, p[2].x}),
+                                             std::max({p[0].x, p[1].x, p[2].x}), panel.width);
+    const auto [top, bottom] = pixelsBetween(std::min({p[0].y, p[1].y, p[2].y}),
+                                             std::max({p[0].y, p[1].y, p[2].y}), panel.height);
+    for (int y = top; y <= bottom; ++y)
+        for (int x = left; x <= right; ++x) {
+            const double dx = x + 0.5 - p[0].x, dy = y + 0.5 - p[0].y;
+            const double b1 = (dx * (p[2].y - p[0].y) - (p[2].x - p[0].x) * dy) / area;
+            const double b2 = ((p[1].x - p[0].x) * dy - dx * (p[1].y - p[0].y)) / area;
+            const double b0 = 1 - b1 - b2;
+            if (b0 < 0 || b1 < 0 || b2 < 0) continue;
+            // Weights on the screen become weights in the world by the depth.
+            const double w0 = b0 / p[0].depth, w1 = b1 / p[1].depth, w2 = b2 / p[2].depth,
+                         sum = w0 + w1 + w2;
+            const auto depth = static_cast<float>(1 / sum);
+            const std::size_t i = panel.index(x, y);
+            if (depth >= panel.depth[i]) continue;
+            panel.depth[i] = depth;
+            const SurfacePoint s = surface.at(triangle, w1 / sum, w2 / sum);
+            const double facing = std::abs(s.normal.dot((s.position - screen.eye()).unit()));
+            panel.colour[i] = paint(s) * float(0.25 + 0.75 * facing);
+        }
+}
+
 void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, const Paint& paint)
 {
-    const Mesh& mesh = surface.mesh();
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        double x[3], y[3], z[3];
-        bool ahead = true;
-        for (int i = 0; i < 3; ++i)
-            ahead = ahead && screen.project(mesh.points[mesh.triangles[t][i]], x[i], y[i], z[i]);
-        const double area =
-            ahead ? (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]) : 0;
-        if (!(std::abs(area) > 1e-12)) continue;
-        const int left = std::max(0, int(std::floor(std::min({x[0], x[1], x[2]})))),
-                  right = std::min(panel.width - 1, int(std::ceil(std::max({x[0], x[1], x[2]}))));
-        const int top = std::max(0, int(std::floor(std::min({y[0], y[1], y[2]})))),
-                  bottom = std::min(panel.height - 1, int(std::ceil(std::max({y[0], y[1], y[2]}))));
-        for (int py = top; py <= bottom; ++py)
-            for (int px = left; px <= right; ++px) {
-                const double cx = px + 0.5, cy = py + 0.5;
-                double b1 = ((cx - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (cy - y[0])) / area;
-                double b2 = ((x[1] - x[0]) * (cy - y[0]) - (cx - x[0]) * (y[1] - y[0])) / area;
-                double b0 = 1 - b1 - b2;
-                if (b0 < 0 || b1 < 0 || b2 < 0) continue;
-                // Weights on the screen become weights in the world by the depth.
-                const double w0 = b0 / z[0], w1 = b1 / z[1], w2 = b2 / z[2], sum = w0 + w1 + w2;
-                const auto depth = static_cast<float>(1 / sum);
-                const std::size_t i = std::size_t(py) * panel.width + px;
-                if (depth >= panel.depth[i]) continue;
-                panel.depth[i] = depth;
-                const SurfacePoint s = surface.at(static_cast<std::int32_t>(t), w1 / sum, w2 / sum);
-                const double facing = std::abs(s.normal.dot((s.position - screen.eye()).unit()));
-                panel.colour[i] = paint(s) * float(0.25 + 0.75 * facing);
-            }
-    }
+    for (std::size_t t = 0; t < surface.mesh().triangles.size(); ++t)
+        drawTriangle(panel, screen, surface, static_cast<std::int32_t>(t), paint);
 }
 
 void drawDots(Panel& panel, const Screen& screen, const std::vector<Placement>& placements,
               int radius)
 {
     for (const Placement& p : placements) {
-        double x, y, z;
-        if (!screen.project(p.position, x, y, z)) continue;
-        for (int py = int(y) - radius; py <= int(y) + radius; ++py)
-            for (int px = int(x) - radius; px <= int(x) + radius; ++px) {
-                if (px < 0 || py < 0 || px >= panel.width || py >= panel.height) continue;
-                const std::size_t i = std::size_t(py) * panel.width + px;
-                if (z < panel.depth[i] * 1.01f) panel.colour[i] = kColours[p.layer % 6];
+        const auto at = screen.project(p.position);
+        if (!at || !(std::abs(at->x) < 1e6 && std::abs(at->y) < 1e6)) continue;
+        for (int y = int(at->y) - radius; y <= int(at->y) + radius; ++y)
+            for (int x = int(at->x) - radius; x <= int(at->x) + radius; ++x) {
+                if (x < 0 || y < 0 || x >= panel.width || y >= panel.height) continue;
+                const std::size_t i = panel.index(x, y);
+                if (at->depth < panel.depth[i] * 1.01f) panel.colour[i] = kColours[p.layer % 6];
             }
     }
 }
@@ -118,8 +138,8 @@ struct Label {
     Vec3f colour{0.85f};
 };
 
-/// From the panel's upper left corner downwards, as far as they fit, over a shadow that keeps them
-/// readable on any map.
+/// Writes lines from the panel's upper left corner downwards, as far as they fit, each over a
+/// shadow that keeps it readable on any map.
 void writeLabels(Image& image, int left, int top, int height, const std::vector<Label>& labels)
 {
     const int font = std::clamp(height / 24, 9, 20), step = font * 5 / 4;
@@ -139,61 +159,84 @@ void writeLabels(Image& image, int left, int top, int height, const std::vector<
     }
 }
 
-} // namespace
+/// A panel and the labels in it.
+struct LabelledPanel {
+    Panel panel;
+    std::vector<Label> labels;
+};
 
-Image placementSheet(const std::vector<const Surface*>& surfaces,
-                     const std::vector<SheetLayer>& layers,
-                     const std::vector<Placement>& placements, const Camera& camera, int width,
-                     int height)
+/// All surfaces, with a dot for each placement.
+LabelledPanel placementPanel(const PlacedScene& scene, const Screen& screen, int width, int height)
 {
-    const Screen screen(camera, width, height);
-    std::vector<Panel> panels;
-    std::vector<std::vector<Label>> labels(1);
-    const auto panel = [&](const Surface* only, const Paint& paint) {
-        panels.emplace_back(width, height);
-        for (const Surface* s : surfaces) {
-            if (!only || s == only) drawSurface(panels.back(), screen, *s, paint);
-            else
-                drawSurface(panels.back(), screen, *s,
-                            [](const SurfacePoint&) { return Vec3f(0.06f); });
-        }
-    };
-    panel(nullptr, [](const SurfacePoint&) { return Vec3f(0.3f); });
-    drawDots(panels.back(), screen, placements,
-             placements.size() > std::size_t(width) * height / 60 ? 0 : 1);
-    std::vector<std::size_t> counts(layers.size());
-    for (const Placement& p : placements)
-        if (static_cast<std::size_t>(p.layer) < counts.size()) ++counts[p.layer];
-    for (std::size_t i = 0; i < layers.size(); ++i)
-        labels[0].push_back(
-            {fmt::format("{}: {}", layers[i].layer->name, counts[i]), kColours[i % 6]});
-    for (const SheetLayer& l : layers) {
-        labels.push_back({{l.layer->name + ": where"}});
-        const SecondDensity where(l.layer->where, false);
-        panel(l.surface, [&](const SurfacePoint& s) {
-            return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f));
-        });
-        if (l.layer->colour.empty()) continue;
-        labels.push_back({{l.layer->name + ": colour"}});
-        const SecondDensity colour(l.layer->colour, true);
-        panel(l.surface, [&](const SurfacePoint& s) { return colour.colour(s.uv, s.position); });
+    LabelledPanel result{Panel(width, height), {}};
+    for (const PlacedSurface& s : scene.surfaces)
+        drawSurface(result.panel, screen, s.surface,
+                    [](const SurfacePoint&) { return Vec3f(0.3f); });
+    const bool crowded = scene.boxes.size() > std::size_t(width) * height / 60;
+    drawDots(result.panel, screen, scene.boxes.placements, crowded ? 0 : 1);
+    std::vector<std::size_t> counts(scene.layers.size());
+    for (const Placement& p : scene.boxes.placements)
+        if (p.layer < counts.size()) ++counts[p.layer];
+    for (std::size_t i = 0; i < scene.layers.size(); ++i)
+        result.labels.push_back(
+            {fmt::format("{}: {}", scene.layers[i].layer.name, counts[i]), kColours[i % 6]});
+    return result;
+}
+
+/// A map of one layer on its surface; the other surfaces are dark.
+LabelledPanel mapPanel(const PlacedScene& scene, const PlacedLayer& layer, const char* what,
+                       const Paint& paint, const Screen& screen, int width, int height)
+{
+    LabelledPanel result{Panel(width, height), {{layer.layer.name + ": " + what}}};
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
+        const bool own = static_cast<std::size_t>(layer.surface) == i;
+        drawSurface(
+            result.panel, screen, scene.surfaces[i].surface,
+            own ? paint : [](const SurfacePoint&) { return Vec3f(0.06f); });
     }
-    const int columns = std::min<int>(4, static_cast<int>(panels.size())),
-              rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+    return result;
+}
+
+/// Puts the panels side by side, at most four in a row.
+Image arranged(const std::vector<LabelledPanel>& panels, int width, int height)
+{
+    const int count = static_cast<int>(panels.size()), columns = std::min(4, count),
+              rows = (count + columns - 1) / columns;
     Image image;
     image.width = columns * width;
     image.height = rows * height;
     image.channels = {"R", "G", "B"};
     image.pixels.assign(std::size_t(image.width) * image.height * 3, 0.0f);
-    for (std::size_t k = 0; k < panels.size(); ++k)
+    for (int k = 0; k < count; ++k) {
+        const int left = k % columns * width, top = k / columns * height;
+        const Panel& panel = panels[static_cast<std::size_t>(k)].panel;
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
                 for (int i = 0; i < 3; ++i)
-                    image.pixel(int(k) % columns * width + x, int(k) / columns * height + y)[i] =
-                        panels[k].colour[std::size_t(y) * width + x][i];
-    for (std::size_t k = 0; k < panels.size(); ++k)
-        writeLabels(image, int(k) % columns * width, int(k) / columns * height, height, labels[k]);
+                    image.pixel(left + x, top + y)[i] = panel.colour[panel.index(x, y)][i];
+        writeLabels(image, left, top, height, panels[static_cast<std::size_t>(k)].labels);
+    }
     return image;
+}
+
+} // namespace
+
+Image placementSheet(const PlacedScene& scene, const Camera& camera, int width, int height)
+{
+    const Screen screen(camera, width, height);
+    std::vector<LabelledPanel> panels;
+    panels.push_back(placementPanel(scene, screen, width, height));
+    for (const PlacedLayer& l : scene.layers) {
+        const SecondDensity where(l.layer.where, false), colour(l.layer.colour, true);
+        const auto grey = [&](const SurfacePoint& s) {
+            return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f));
+        };
+        panels.push_back(mapPanel(scene, l, "where", grey, screen, width, height));
+        if (l.layer.colour.empty()) continue;
+        const auto painted = [&](const SurfacePoint& s) { return colour.colour(s.uv, s.position); };
+        panels.push_back(mapPanel(scene, l, "colour", painted, screen, width, height));
+    }
+    return arranged(panels, width, height);
 }
 
 } // namespace volcomp

@@ -1,29 +1,17 @@
-// A picture of the second densities: where boxes stand, and each map as it falls on the surface.
+// A sheet of pictures of the second densities: where boxes stand, and each map on its surface.
 #pragma once
-
-#include <vector>
 
 #include "volcomp/view/camera.h"
 #include "volcomp/view/image.h"
-#include "volcomp/place/layer.h"
-#include "volcomp/place/scatter.h"
-#include "volcomp/surface/surface.h"
+#include "volcomp/place/placed_scene.h"
 
 namespace volcomp {
 
-/// One layer and what came of it; the pointers must live during the call.
-struct SheetLayer {
-    const Surface* surface;
-    const Layer* layer;
-};
-
-/// Panels of width x height pixels side by side, seen by the camera: first the surfaces with a dot
-/// for each placement, in a colour for each layer (red, green, blue, yellow, magenta, cyan, in
-/// turn); then, for each layer, its second density as grey, and its colour map where it has one.
-/// Labels name the layers, in their colours and with their numbers of boxes, and the maps.
-Image placementSheet(const std::vector<const Surface*>& surfaces,
-                     const std::vector<SheetLayer>& layers,
-                     const std::vector<Placement>& placements, const Camera& camera, int width,
-                     int height);
+/// Draws panels of width x height pixels, as the camera sees the surfaces. The first shows them
+/// with a dot for each placement, in the colour of its layer (red, green, blue, yellow, magenta and
+/// cyan in turn). Then follow, for each layer, its second density in grey and its colour map if it
+/// has one. Labels name the layers with their numbers of boxes, and the maps. Throws Error if the
+/// font DejaVu Sans is not installed.
+Image placementSheet(const PlacedScene& scene, const Camera& camera, int width, int height);
 
 } // namespace volcomp

@@ -1,25 +1,21 @@
 #include "volcomp/place/culling.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <limits>
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
+
+#include "volcomp/base/interval.h"
 
 namespace volcomp {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
-
 struct Ball {
     Vec3d centre{0.0};
-    double radius = -1; ///< -1: empty
+    double radius = -1; ///< -1: the ball is empty
 };
 
-/// Around all voxels of a box, in its own space.
+/// The ball around all voxels of a box, in the box's own space.
 Ball ballOf(const Box& box)
 {
     openvdb::BBoxd bounds;
@@ -42,10 +38,10 @@ Ball placed(const Ball& ball, const Placement& p)
     return {p.position + c * double(p.scale), ball.radius * p.scale};
 }
 
-/// True where the ray from `p` meets the bounds widened by `margin`.
+/// Returns true if the ray from `p` meets the bounds widened by `margin`.
 bool meets(const openvdb::BBoxd& bounds, const Vec3d& p, const Vec3d& direction, double margin)
 {
-    double from = 0, to = kNever;
+    double from = 0, to = kInfinity;
     for (int i = 0; i < 3; ++i) {
         const double low = bounds.min()[i] - margin - p[i], high = bounds.max()[i] + margin - p[i];
         if (direction[i] == 0) {
@@ -59,14 +55,26 @@ bool meets(const openvdb::BBoxd& bounds, const Vec3d& p, const Vec3d& direction,
     return from <= to;
 }
 
+/// Returns true if the shadow that a light makes of the ball may reach `seen`.
+bool mayShade(const Light& light, const Ball& b, const openvdb::BBoxd& seen)
+{
+    if (light.kind == LightKind::directional)
+        return meets(seen, b.centre, light.direction, b.radius);
+    // A shadow from a near light widens with the distance.
+    const Vec3d away = b.centre - light.position;
+    const double near_by = away.length() - b.radius,
+                 far_off = (seen.getCenter() - light.position).length() + seen.extents().length();
+    return near_by <= 0 || meets(seen, b.centre, away, b.radius * std::max(1.0, far_off / near_by));
+}
+
 } // namespace
 
 bool mayBeInView(const Camera& camera, int width, int height, const Vec3d& centre, double radius)
 {
-    const Vec3d forward = (camera.target - camera.eye).unit(),
-                right = forward.cross(camera.up).unit(), up = right.cross(forward);
+    const CameraFrame frame(camera);
     const Vec3d d = centre - camera.eye;
-    const double z = d.dot(forward), across[2] = {std::abs(d.dot(right)), std::abs(d.dot(up))};
+    const double z = d.dot(frame.forward),
+                 across[2] = {std::abs(d.dot(frame.right)), std::abs(d.dot(frame.up))};
     if (z < -radius) return false;
     for (int i = 0; i < 2; ++i) {
         const double aspect = i == 0 ? 1.0 : double(height) / width;
@@ -80,78 +88,36 @@ bool mayBeInView(const Camera& camera, int width, int height, const Vec3d& centr
     return true;
 }
 
-double voxelFromCamera(const std::vector<const Surface*>& surfaces, const Camera& camera, int width,
-                       int height, double pixels)
-{
-    constexpr std::size_t kPoints = 20000;
-    const auto hidden = [&](const Vec3d& p) {
-        return std::any_of(surfaces.begin(), surfaces.end(),
-                           [&](const Surface* s) { return s->hides(camera.eye, p); });
-    };
-    double smallest = kNever;
-    for (const Surface* s : surfaces) {
-        const auto& points = s->mesh().points;
-        const std::size_t step = points.size() / kPoints + 1, corners = points.size() / step,
-                          count = kPoints + corners;
-        smallest = tbb::parallel_reduce(
-            tbb::blocked_range<std::size_t>(0, count, 256), smallest,
-            [&](const tbb::blocked_range<std::size_t>& range, double least) {
-                for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                    const Vec3d p = i < kPoints
-                        ? s->atFraction((double(i) + 0.5) / kPoints).position
-                        : points[(i - kPoints) * step];
-                    if (!mayBeInView(camera, width, height, p, 0)) continue;
-                    const double footprint = camera.pixelFootprint(p, width);
-                    if (footprint > 0 && footprint < least && !hidden(p)) least = footprint;
-                }
-                return least;
-            },
-            [](double a, double b) { return std::min(a, b); });
-    }
-    return smallest < kNever ? smallest * pixels : 0;
-}
-
-std::vector<Placement> cullPlacements(const std::vector<Placement>& placements,
-                                      const std::vector<Box>& boxes, const Camera& camera,
-                                      int width, int height, const std::vector<Light>& lights)
+std::size_t cullPlacements(PlacementList& list, const std::vector<Box>& boxes, const Camera& camera,
+                           int width, int height, const std::vector<Light>& lights)
 {
     std::vector<Ball> balls;
     balls.reserve(boxes.size());
     for (const Box& box : boxes) balls.push_back(ballOf(box));
-    std::vector<char> keep(placements.size(), 0);
-    tbb::parallel_for(std::size_t(0), placements.size(), [&](std::size_t i) {
-        const Ball b = placed(balls[placements[i].box], placements[i]);
+    const std::size_t count = list.size();
+    const auto ball = [&](std::size_t i) {
+        return placed(balls[list.placements[i].box], list.placements[i]);
+    };
+    std::vector<char> keep(count, 0);
+    tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) {
+        const Ball b = ball(i);
         keep[i] = b.radius >= 0 && mayBeInView(camera, width, height, b.centre, b.radius);
     });
     openvdb::BBoxd seen;
-    for (std::size_t i = 0; i < placements.size(); ++i)
+    for (std::size_t i = 0; i < count; ++i)
         if (keep[i]) {
-            const Ball b = placed(balls[placements[i].box], placements[i]);
+            const Ball b = ball(i);
             seen.expand(openvdb::BBoxd(b.centre - Vec3d(b.radius), b.centre + Vec3d(b.radius)));
         }
-    if (seen.empty()) return {};
-    const double reach = seen.extents().length();
-    tbb::parallel_for(std::size_t(0), placements.size(), [&](std::size_t i) {
-        const Ball b = placed(balls[placements[i].box], placements[i]);
-        if (keep[i] || b.radius < 0) return;
-        for (const Light& light : lights) {
-            if (light.kind == LightKind::directional) {
-                if (meets(seen, b.centre, light.direction, b.radius)) keep[i] = 1;
-                continue;
-            }
-            // A shadow from a near light widens with the distance.
-            const Vec3d away = b.centre - light.position;
-            const double near_by = away.length() - b.radius,
-                         far_off = (seen.getCenter() - light.position).length() + reach;
-            if (near_by <= 0
-                || meets(seen, b.centre, away, b.radius * std::max(1.0, far_off / near_by)))
-                keep[i] = 1;
-        }
-    });
-    std::vector<Placement> result;
-    for (std::size_t i = 0; i < placements.size(); ++i)
-        if (keep[i]) result.push_back(placements[i]);
-    return result;
+    if (!seen.empty())
+        tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) {
+            const Ball b = ball(i);
+            if (keep[i] || b.radius < 0) return;
+            keep[i] = std::any_of(lights.begin(), lights.end(),
+                                  [&](const Light& light) { return mayShade(light, b, seen); });
+        });
+    list.filter(keep);
+    return count - list.size();
 }
 
 } // namespace volcomp

@@ -1,5 +1,5 @@
-// A layer: one kind of box over one surface, with the second densities that say where, how large
-// and in what colour (MODEL section 7).
+// A layer: one kind of box over one surface, with the second densities that say where boxes stand,
+// how large they are and in what colour (MODEL section 7).
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,22 @@
 
 namespace volcomp {
 
+/// How samples are spread.
 enum class Sampling {
-    area, ///< even on the surface; density counts boxes per square of the world unit
-    uv    ///< even in the map, as the paper has it; density counts boxes per cell
+    area, ///< evenly on the surface; the density counts boxes per square of the world unit
+    uv    ///< evenly in the map, as in the paper; the density counts boxes per cell
 };
-enum class Sheets { all, first };
-enum class TintAt { root, voxel };
+/// Where boxes stand if a projected line meets the surface several times.
+enum class Sheets {
+    all,
+    first ///< on the first sheet from outside
+};
+/// Where the colour map is looked up.
+enum class TintAt {
+    root, ///< once for a box, at its root
+    voxel ///< at each voxel of a box
+};
+/// The axes of a comb map.
 enum class CombSpace {
     tangent, ///< x along growing u, y along growing v
     world
@@ -27,34 +37,38 @@ enum class CombSpace {
 /// One [[layer]] of the scene: which boxes stand where on a surface, and how.
 struct Layer {
     std::string name;
-    std::string box;     ///< name of a primitive
+    std::string box;     ///< name of a kind of box
     std::string surface; ///< name of a surface
     std::uint64_t seed = 1;
 
     Sampling sampling = Sampling::area;
-    double density = 0;               ///< where the second density is 1
-    int cells_u = 256, cells_v = 256; ///< Sampling::uv
-    Sheets sheets = Sheets::all;      ///< where a projected line meets the surface several times
-    std::vector<MapFactor> where;     ///< second density, clamped to 0 ... 1
-    std::vector<MapFactor> size;      ///< multiplies the scale
-    std::vector<MapFactor> colour;    ///< multiplies the box's colour
-    TintAt tint = TintAt::root;
+    double density = 0; ///< boxes where the second density is 1, in the unit that `sampling` says
+    int cells_u = 256, cells_v = 256; ///< cells of the map, for Sampling::uv
+    Sheets sheets = Sheets::all;
+    std::vector<MapFactor> where;  ///< the second density, clamped to 0 ... 1
+    std::vector<MapFactor> size;   ///< factors on the scale
+    std::vector<MapFactor> colour; ///< factors on the box's colour
+    TintAt tint = TintAt::root;    ///< where `colour` is looked up
 
-    std::pair<double, double> scale{1, 1}; ///< drawn evenly
-    std::pair<double, double> turn{
-        0, 2 * kPi}; ///< about the box's axis; 0: its +X faces the comb direction
-    std::pair<double, double> tilt{0, 0}; ///< of the axis, to a random side, after the comb
+    // Spans [low, high] of numbers that are drawn evenly for each box. Angles in radians.
+    std::pair<double, double> scale{1, 1};
+    /// Turn about the box's axis; at 0 its +X faces the comb direction.
+    std::pair<double, double> turn{0, 2 * kPi};
+    std::pair<double, double> tilt{0, 0}; ///< lean of the axis to a random side, after the comb
+
     bool combed = false;
-    Vec3d comb{0, -1,
-               0}; ///< world direction in which the axis leans; its part along the surface counts
-    std::filesystem::path
-        comb_map; ///< instead: red, green, blue of an image, 0 ... 1 meaning -1 ... 1
+    /// World direction in which the axes lean; only its part along the surface counts.
+    Vec3d comb{0, -1, 0};
+    /// An image instead of `comb`: 0 ... 1 of red, green and blue mean -1 ... 1 of x, y and z.
+    std::filesystem::path comb_map;
     CombSpace comb_space = CombSpace::tangent; ///< of comb_map
-    double comb_angle = kPi / 4;               ///< from the normal to the axis
-    double upright =
-        0;             ///< of the axis, before the comb: 0 along the normal, 1 along the world's +Y
-    double offset = 0; ///< of the root along the normal
+    double comb_angle = kPi / 4;               ///< from the normal to the axis, radians
+    /// The axis before the comb: 0 along the normal, 1 along the world's +Y.
+    double upright = 0;
+    double offset = 0; ///< height of the root above the surface, along the normal, world units
 
+    /// Throws Error if a value is out of range or not finite. Maps check theirs when they are
+    /// loaded.
     void validate() const;
 };
 

@@ -20,37 +20,40 @@ std::string listOf(const V& v)
     return fmt::format("[{}, {}, {}]", v[0], v[1], v[2]);
 }
 
-void writeJson(std::ostream& out, const std::vector<Placement>& placements,
-               const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
+void writeJson(std::ostream& out, const PlacedScene& scene)
 {
-    const auto quoted = [](const std::string& s) { return nlohmann::json(s).dump(); };
+    std::vector<std::string> boxes, layers; // as JSON strings
+    for (const std::string& name : boxNames(scene.kinds))
+        boxes.push_back(nlohmann::json(name).dump());
+    for (const PlacedLayer& l : scene.layers) layers.push_back(nlohmann::json(l.layer.name).dump());
     out << "[";
-    const char* between = "\n";
-    for (const Placement& p : placements) {
-        out << between
+    for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
+        const Placement& p = scene.boxes.placements[i];
+        std::string uv;
+        if (!scene.boxes.uvs.empty())
+            uv = fmt::format(R"(, "uv": [{}, {}])", scene.boxes.uvs[i][0], scene.boxes.uvs[i][1]);
+        out << (i == 0 ? "\n" : ",\n")
             << fmt::format(
-                   R"({{"box": {}, "layer": {}, "position": {}, "scale": {}, "x_axis": {}, "y_axis": {}, "z_axis": {}, "tint": {}, "uv": [{}, {}]}})",
-                   quoted(boxes.at(p.box)), quoted(layers.at(p.layer)), listOf(p.position), p.scale,
-                   listOf(p.x_axis), listOf(p.y_axis), listOf(p.z_axis), listOf(p.tint), p.uv[0],
-                   p.uv[1]);
-        between = ",\n";
+                   R"({{"box": {}, "layer": {}, "position": {}, "scale": {}, "x_axis": {}, "y_axis": {}, "z_axis": {}, "tint": {}{}}})",
+                   boxes.at(p.box), layers.at(p.layer), listOf(p.position), p.scale,
+                   listOf(p.x_axis), listOf(p.y_axis), listOf(p.z_axis), listOf(p.tint), uv);
     }
     out << "\n]\n";
 }
 
-void writePly(std::ostream& out, const std::vector<Placement>& placements,
-              const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
+void writePly(std::ostream& out, const PlacedScene& scene)
 {
+    const std::vector<std::string> boxes = boxNames(scene.kinds);
     out << "ply\nformat binary_little_endian 1.0\n";
     for (std::size_t i = 0; i < boxes.size(); ++i)
         out << "comment box " << i << ' ' << boxes[i] << '\n';
-    for (std::size_t i = 0; i < layers.size(); ++i)
-        out << "comment layer " << i << ' ' << layers[i] << '\n';
-    out << "element vertex " << placements.size()
+    for (std::size_t i = 0; i < scene.layers.size(); ++i)
+        out << "comment layer " << i << ' ' << scene.layers[i].layer.name << '\n';
+    out << "element vertex " << scene.boxes.size()
         << "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\n"
            "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float scale\nproperty int box\nproperty int layer\nend_header\n";
-    for (const Placement& p : placements) {
-        char record[24 + 12 + 3 + 4 + 8];
+    for (const Placement& p : scene.boxes.placements) {
+        char record[24 + 12 + 3 + 4 + 8]; // without the padding that a struct would have
         char* at = record;
         const auto put = [&](const auto& value) {
             std::memcpy(at, &value, sizeof value);
@@ -61,24 +64,22 @@ void writePly(std::ostream& out, const std::vector<Placement>& placements,
         for (int i = 0; i < 3; ++i)
             put(static_cast<unsigned char>(std::lround(std::clamp(p.tint[i], 0.0f, 1.0f) * 255)));
         put(p.scale);
-        put(p.box);
-        put(p.layer);
+        put(std::int32_t(p.box));
+        put(std::int32_t(p.layer));
         out.write(record, sizeof record);
     }
 }
 
 } // namespace
 
-void writePlacements(const std::filesystem::path& file, const std::vector<Placement>& placements,
-                     const std::vector<std::string>& boxes, const std::vector<std::string>& layers)
+void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
 {
     const bool json = file.extension() == ".json";
     if (!json && file.extension() != ".ply")
         throw fileError(file, "", "a name that ends in .json or .ply",
                         "'" + file.extension().string() + "'");
-    writeStreamAtomically(file, [&](std::ostream& stream) {
-        (json ? writeJson : writePly)(stream, placements, boxes, layers);
-    });
+    writeStreamAtomically(
+        file, [&](std::ostream& stream) { (json ? writeJson : writePly)(stream, scene); });
 }
 
 } // namespace volcomp

@@ -2,18 +2,17 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
-#include "volcomp/place/scatter.h"
+#include "volcomp/place/placed_scene.h"
 
 namespace volcomp {
 
-/// Writes .json (an array of objects: box, layer, position, scale, x_axis, y_axis, z_axis, tint,
-/// uv) or .ply (binary points: x y z, nx ny nz the box's axis, red green blue the tint, scale, box
-/// and layer as numbers). `boxes` and `layers` name the indices. The file appears when it is
-/// complete. Throws Error for another ending or a file that cannot be written.
-void writePlacements(const std::filesystem::path& file, const std::vector<Placement>& placements,
-                     const std::vector<std::string>& boxes, const std::vector<std::string>& layers);
+/// Writes where the boxes stand. FILE.json is an array of objects with the keys box and layer
+/// (their names), position, scale, x_axis, y_axis, z_axis, tint and, if the scene keeps it
+/// (PlaceOptions::keep_uvs), uv. FILE.ply is binary and holds for each box x y z, nx ny nz (its y
+/// axis), red green blue (its tint, clamped to 1), its scale, and box and layer as numbers, which
+/// comments in the header name. Lengths are world units. The file appears under its name when it is
+/// complete. Throws Error for another ending and for a file that cannot be written.
+void writePlacements(const std::filesystem::path& file, const PlacedScene& scene);
 
 } // namespace volcomp

@@ -15,55 +15,93 @@ namespace volcomp {
 namespace {
 
 constexpr double kMostSamples = 5e8;
+constexpr std::uint64_t kChunk = 4096; ///< samples that one thread takes at a time
+constexpr std::uint64_t kBatch = 128;  ///< chunks that are placed before they are collected
 
-/// A unit vector perpendicular to n that changes with it steadily, but at n = -z (Duff and others,
-/// Building an orthonormal basis, revisited, JCGT 2017).
+/// A unit vector perpendicular to n. Continuous in n, except at n = -z (Duff and others, Building
+/// an orthonormal basis, revisited, JCGT 2017).
 Vec3d anyTangent(const Vec3d& n)
 {
     const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
     return {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
 }
 
-/// Everything of a layer that is looked up, loaded once.
+double between(const std::pair<double, double>& span, double fraction)
+{
+    return span.first + (span.second - span.first) * fraction;
+}
+
+/// Everything that a layer looks up, loaded once.
 struct Maps {
     SecondDensity where, size, colour;
     std::optional<Texture> comb;
+
+    explicit Maps(const Layer& layer)
+        : where(layer.where, false), size(layer.size, false), colour(layer.colour, true)
+    {
+        if (!layer.comb_map.empty()) comb = readTexture(layer.comb_map, false);
+    }
+    bool useUv() const
+    {
+        return where.usesUv() || size.usesUv() || colour.usesUv() || comb.has_value();
+    }
 };
 
+/// How many samples a layer takes, and the chance of each where the second density is 1: a density
+/// of 2.5 becomes 3 samples, each kept with the chance 2.5 / 3.
+struct SampleCount {
+    double strata; ///< samples in all (area) or for each cell (uv), a whole number
+    double chance;
+    double total;
+};
+
+SampleCount countSamples(const Surface& surface, const Layer& layer)
+{
+    const bool by_uv = layer.sampling == Sampling::uv;
+    const double wanted = by_uv ? layer.density : layer.density * surface.area();
+    const double cells = by_uv ? double(layer.cells_u) * layer.cells_v : 1;
+    const double strata = std::ceil(wanted);
+    return {strata, wanted / strata, strata * cells};
+}
+
+/// Two axes of a box's frame; the third is their product.
+struct Frame {
+    Vec3d x, y;
+};
+
+/// Places the samples of one layer.
 class Placer {
 public:
+    /// The arguments must outlive it.
     Placer(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
-           const Maps& maps)
-        : m_surface(surface), m_layer(layer), m_boxes(boxes), m_index(layer_index), m_maps(maps),
+           const KeptPlaces& kept, const Maps& maps)
+        : m_surface(surface), m_layer(layer), m_boxes(boxes), m_index(layer_index), m_kept(kept),
+          m_maps(maps), m_samples(countSamples(surface, layer)),
           // The stream follows the layer's name, so that a layer put before it changes nothing.
           m_key(hashKey(layer.seed, fnv1a(layer.name)))
     {
     }
 
-    /// `chance` multiplies the second density.
-    void sample(std::uint64_t index, double chance, std::vector<Placement>& out) const
+    void sample(std::uint64_t index, PlacementList& out) const
     {
         Random random(hashKey(m_key, index));
         if (m_layer.sampling == Sampling::area) {
             const SurfacePoint s =
-                m_surface.atFraction((double(index) + random.uniform()) / m_strata);
-            if (m_layer.sheets == Sheets::all || isFirst(s)) place(s, chance, random, out);
+                m_surface.atFraction((double(index) + random.uniform()) / m_samples.strata);
+            if (m_layer.sheets == Sheets::all || isFirst(s)) place(s, random, out);
             return;
         }
         const std::uint64_t cell = index % (std::uint64_t(m_layer.cells_u) * m_layer.cells_v);
         const double u = (double(cell % m_layer.cells_u) + random.uniform()) / m_layer.cells_u;
         const double v = (double(cell / m_layer.cells_u) + random.uniform()) / m_layer.cells_v;
-        // Without any chance there nothing is projected; a map with noise depends on the place.
         std::uint64_t sheet = 0;
         for (const SurfacePoint& s : m_surface.sheets({u, v})) {
             Random own(hashKey(hashKey(m_key, index), sheet + 1));
-            place(s, chance, own, out);
+            place(s, own, out);
             ++sheet;
             if (m_layer.sheets == Sheets::first) break;
         }
     }
-
-    double m_strata = 1;
 
 private:
     bool isFirst(const SurfacePoint& s) const
@@ -85,50 +123,56 @@ private:
         return u > 0 && v > 0 ? g.du * (c[0] / u) + g.dv * (c[1] / v) : Vec3d(0.0);
     }
 
-    void place(const SurfacePoint& s, double chance, Random& random,
-               std::vector<Placement>& out) const
+    /// The frame along the normal or upright, then combed.
+    Frame standingFrame(const SurfacePoint& s) const
+    {
+        Vec3d axis = s.normal;
+        if (m_layer.upright > 0) {
+            const Vec3d raised = axis * (1 - m_layer.upright) + Vec3d(0, m_layer.upright, 0);
+            if (const double length = raised.length(); length > 1e-6)
+                axis = raised / length; // length 0: half upright on a ceiling
+        }
+        if (m_layer.combed) {
+            Vec3d along = combDirection(s);
+            along -= axis * along.dot(axis);
+            if (const double length = along.length(); length > 1e-6) {
+                along /= length;
+                const double c = std::cos(m_layer.comb_angle), sine = std::sin(m_layer.comb_angle);
+                return {along * c - axis * sine, axis * c + along * sine};
+            }
+        }
+        return {anyTangent(axis), axis};
+    }
+
+    /// Leans the axis by a random angle to a random side. `tilt` and `side` are uniform in [0, 1).
+    Frame tilted(const Frame& frame, double tilt, double side) const
+    {
+        const auto& [x, y] = frame;
+        const double angle = between(m_layer.tilt, tilt);
+        const Vec3d sideways = x * std::cos(2 * kPi * side) + y.cross(x) * std::sin(2 * kPi * side);
+        const Vec3d leaned = y * std::cos(angle) + sideways * std::sin(angle);
+        // The smallest rotation from y to the leaned axis takes x along.
+        Vec3d turned = x - (y + leaned) * (x.dot(leaned) / std::max(1e-9, 1 + y.dot(leaned)));
+        turned -= leaned * turned.dot(leaned);
+        turned /= std::max(1e-9, turned.length());
+        return {turned, leaned};
+    }
+
+    void place(const SurfacePoint& s, Random& random, PlacementList& out) const
     {
         // Every number is drawn whether it is used or not, so that one decision does not move the
         // next.
         const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(),
                      turn = random.uniform(), tilt = random.uniform(), side = random.uniform();
-        if (!(keep < chance * std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0)))
-            return;
-        const double scale =
-            (m_layer.scale.first + (m_layer.scale.second - m_layer.scale.first) * size)
-            * m_maps.size.value(s.uv, s.position);
+        const double where = std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0);
+        if (!(keep < m_samples.chance * where)) return;
+        const double scale = between(m_layer.scale, size) * m_maps.size.value(s.uv, s.position);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
-        Vec3d axis = s.normal;
-        if (m_layer.upright > 0) {
-            const Vec3d raised = axis * (1 - m_layer.upright) + Vec3d(0, m_layer.upright, 0);
-            if (const double length = raised.length(); length > 1e-6)
-                axis = raised / length; // 0: half upright on a ceiling
-        }
-        Vec3d y = axis, x = anyTangent(y);
-        if (m_layer.combed) {
-            Vec3d along = combDirection(s);
-            along -= y * along.dot(y);
-            if (const double length = along.length(); length > 1e-6) {
-                along /= length;
-                const double c = std::cos(m_layer.comb_angle), sine = std::sin(m_layer.comb_angle);
-                x = along * c - axis * sine;
-                y = axis * c + along * sine;
-            }
-        }
-        if (m_layer.tilt.second > 0) {
-            const double angle =
-                m_layer.tilt.first + (m_layer.tilt.second - m_layer.tilt.first) * tilt;
-            const Vec3d sideways =
-                x * std::cos(2 * kPi * side) + y.cross(x) * std::sin(2 * kPi * side);
-            const Vec3d leaned = y * std::cos(angle) + sideways * std::sin(angle);
-            // The smallest rotation from y to the leaned axis takes x along.
-            x -= (y + leaned) * (x.dot(leaned) / std::max(1e-9, 1 + y.dot(leaned)));
-            x -= leaned * x.dot(leaned);
-            x /= std::max(1e-9, x.length());
-            y = leaned;
-        }
-        const double angle = m_layer.turn.first + (m_layer.turn.second - m_layer.turn.first) * turn;
+        Frame frame = standingFrame(s);
+        if (m_layer.tilt.second > 0) frame = tilted(frame, tilt, side);
+        const auto& [x, y] = frame;
+        const double angle = between(m_layer.turn, turn);
         const Vec3d turned = x * std::cos(angle) + y.cross(x) * std::sin(angle);
 
         Placement p;
@@ -138,72 +182,77 @@ private:
         p.position = s.position + s.normal * m_layer.offset;
         p.scale = static_cast<float>(scale);
         if (m_layer.tint == TintAt::root) p.tint = m_maps.colour.colour(s.uv, s.position);
-        p.box = m_boxes.first
-            + std::min(m_boxes.count - 1, static_cast<std::int32_t>(variant * m_boxes.count));
-        p.layer = m_index;
-        p.uv = Vec2f(s.uv);
-        p.triangle = s.triangle;
-        out.push_back(p);
+        p.box = static_cast<std::uint16_t>(
+            m_boxes.first
+            + std::min(m_boxes.count - 1, static_cast<std::int32_t>(variant * m_boxes.count)));
+        p.layer = static_cast<std::uint16_t>(m_index);
+        out.placements.push_back(p);
+        if (m_kept.triangles) out.triangles.push_back(s.triangle);
+        if (m_kept.uvs) out.uvs.emplace_back(s.uv);
     }
 
     const Surface& m_surface;
     const Layer& m_layer;
     LayerBoxes m_boxes;
     int m_index;
+    KeptPlaces m_kept;
     const Maps& m_maps;
+    SampleCount m_samples;
     std::uint64_t m_key;
 };
 
-} // namespace
-
-std::vector<Placement> scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes,
-                               int layer_index, const Progress& progress)
+/// Throws Error if the layer cannot be placed on the surface.
+void check(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
+           const Maps& maps)
 {
-    layer.validate();
     const std::string place = "layer '" + layer.name + "': ";
-    Maps maps{SecondDensity(layer.where, false), SecondDensity(layer.size, false),
-              SecondDensity(layer.colour, true), std::nullopt};
-    if (!layer.comb_map.empty()) maps.comb = readTexture(layer.comb_map, false);
-    const bool uses_uv = layer.sampling == Sampling::uv || maps.where.usesUv() || maps.size.usesUv()
-        || maps.colour.usesUv() || maps.comb;
-    if (uses_uv && !surface.hasUv())
+    if ((layer.sampling == Sampling::uv || maps.useUv()) && !surface.hasUv())
         throw Error(
             place + "its maps are looked up by texture coordinates, but the mesh of surface '"
             + layer.surface
             + "' has none; give the mesh some, or set the surface's 'projection' to sphere, cylinder or plane");
-
-    // A density of 2.5 becomes 3 samples, each kept with the chance 2.5 / 3.
-    const double cells = layer.sampling == Sampling::uv ? double(layer.cells_u) * layer.cells_v : 1;
-    const double wanted =
-        layer.sampling == Sampling::uv ? layer.density : layer.density * surface.area();
-    const double rounded = std::ceil(wanted), total = rounded * cells;
-    if (!(total <= kMostSamples))
+    if (const double total = countSamples(surface, layer).total; !(total <= kMostSamples))
         throw Error(place
                     + fmt::format("expected at most {:g} samples, found {:g}; lower its density",
                                   kMostSamples, total));
-    std::vector<Placement> result;
-    if (total < 1) return result;
-    Placer placer(surface, layer, boxes, layer_index, maps);
-    placer.m_strata = rounded;
+    if (boxes.first < 0 || boxes.count < 1
+        || std::size_t(boxes.first) + std::size_t(boxes.count) > kMostBoxes || layer_index < 0
+        || std::size_t(layer_index) >= kMostBoxes)
+        throw Error(place
+                    + fmt::format("expected at most {} boxes and as many layers", kMostBoxes));
+}
 
-    constexpr std::uint64_t kChunk = 4096;
-    const auto count = static_cast<std::uint64_t>(total), chunks = (count + kChunk - 1) / kChunk;
-    std::vector<std::vector<Placement>> parts(chunks);
+} // namespace
+
+void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
+             const KeptPlaces& kept, PlacementCollector& out, const Progress& progress)
+{
+    layer.validate();
+    const Maps maps(layer);
+    check(surface, layer, boxes, layer_index, maps);
+    const auto count = static_cast<std::uint64_t>(countSamples(surface, layer).total);
+    const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
+    const Placer placer(surface, layer, boxes, layer_index, kept, maps);
     SharedProgress done(progress, chunks);
-    tbb::parallel_for(std::uint64_t(0), chunks, [&](std::uint64_t chunk) {
-        for (std::uint64_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i)
-            placer.sample(i, wanted / rounded, parts[chunk]);
-        done.add();
-    });
-    std::size_t size = 0;
-    for (const auto& part : parts) size += part.size();
-    result.reserve(size);
-    for (auto& part : parts) {
-        result.insert(result.end(), part.begin(), part.end());
-        std::vector<Placement>().swap(part);
+    for (std::uint64_t first = 0; first < chunks; first += kBatch) {
+        std::vector<PlacementList> pieces(std::min(kBatch, chunks - first));
+        tbb::parallel_for(std::uint64_t(0), std::uint64_t(pieces.size()), [&](std::uint64_t piece) {
+            const std::uint64_t begin = (first + piece) * kChunk;
+            for (std::uint64_t i = begin; i < std::min(count, begin + kChunk); ++i)
+                placer.sample(i, pieces[piece]);
+            done.add();
+        });
+        for (PlacementList& piece : pieces) out.append(std::move(piece));
     }
     report(progress, 1);
-    return result;
+}
+
+PlacementList scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes,
+                      int layer_index)
+{
+    PlacementCollector collector;
+    scatter(surface, layer, boxes, layer_index, {true, true}, collector);
+    return collector.take();
 }
 
 } // namespace volcomp

@@ -6,12 +6,12 @@
 
 namespace volcomp {
 
-/// One row: a key, or with an empty `key` the heading of a table.
+/// One row: a key, or, if `key` is empty, the heading of a table.
 struct KeyDoc {
     std::string table, key, type, fallback, range, unit, meaning;
 };
 
-/// The rows as Markdown tables, one for each table of the scene file.
+/// Returns the rows as Markdown tables, one for each table of the scene file.
 std::string keysAsMarkdown(const std::vector<KeyDoc>& docs);
 
 } // namespace volcomp

@@ -9,7 +9,7 @@
 namespace volcomp {
 namespace {
 
-/// Fails at the key where it holds none of the names.
+/// Throws the Error that points at the key if `name` is none of the names.
 void requireOneOf(const TableReader& r, const char* key, const std::string& what,
                   const std::vector<std::string>& names, const std::string& name)
 {
@@ -19,34 +19,41 @@ void requireOneOf(const TableReader& r, const char* key, const std::string& what
                     names.empty() ? "there is none" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
-GrowthLevel readLevel(TableReader& r, const GrowthRule& primitive,
-                      const std::vector<std::string>& materials)
+// Keys whose default is the value that the level has already.
+void degrees(TableReader& r, const Key& key, double& value)
 {
-    const GrowthLevel* above = primitive.levels.empty() ? nullptr : &primitive.levels.back();
-    const double degree = kDegree;
-    GrowthLevel l;
-    const auto degrees = [&](Key key, double& value) {
-        value = r.number(key, value / degree, kAny) * degree;
-    };
-    const auto positive = [&](Key key, double& value) {
-        value = r.number(key, value, kNotNegative);
-    };
-    const auto unit = [&](Key key, double& value) { value = r.number(key, value, kUnit); };
+    value = r.number(key, value / kDegree, kAny) * kDegree;
+}
+void positive(TableReader& r, const Key& key, double& value)
+{
+    value = r.number(key, value, kNotNegative);
+}
+void unit(TableReader& r, const Key& key, double& value) { value = r.number(key, value, kUnit); }
 
+/// The level's name, what it stands on, and its material.
+void readNames(TableReader& r, const GrowthRule& rule, const std::vector<std::string>& materials,
+               GrowthLevel& l)
+{
+    const GrowthLevel* above = rule.levels.empty() ? nullptr : &rule.levels.back();
     l.name = r.text({"name", "", "what other levels call it"},
-                    "level" + std::to_string(primitive.levels.size() + 1));
+                    "level" + std::to_string(rule.levels.size() + 1));
     l.parent = r.text(
         {"parent", "",
          "level that it grows on, or \"ground\"; the first level's is the ground, another's the level above it"},
         above ? above->name : "ground");
     std::vector<std::string> parents{"ground"};
-    for (const GrowthLevel& other : primitive.levels) parents.push_back(other.name);
+    for (const GrowthLevel& other : rule.levels) parents.push_back(other.name);
     requireOneOf(r, "parent", "level above", parents, l.parent);
     r.require(std::find(parents.begin(), parents.end(), l.name) == parents.end(), "name",
               "a name that no other level has, and not \"ground\"");
     l.material =
-        r.text({"material", "", "name of the material; the box's if left out"}, primitive.material);
+        r.text({"material", "", "name of the material; the box's if left out"}, rule.material);
     requireOneOf(r, "material", "material", materials, l.material);
+}
+
+/// The shape of its strands, and how often it grows on itself.
+void readGenerations(TableReader& r, GrowthLevel& l)
+{
     l.outline = r.choice<Outline>(
         {"outline", "",
          "stem: a round cone; the others are flat: blade pointed, ellipse, ovate widest near the root, obovate near the tip"},
@@ -63,78 +70,108 @@ GrowthLevel readLevel(TableReader& r, const GrowthRule& primitive,
     l.fork =
         r.span({"fork", "", "how many of its own level a strand bears, below the last generation"},
                l.fork, {0, 1e9});
-    unit({"fork_start", "", "fraction of the strand from which on it forks"}, l.fork_start);
+    unit(r, {"fork_start", "", "fraction of the strand from which on it forks"}, l.fork_start);
     l.on_depth = r.span(
         {"on_depth", "", "generations of the parent's level that bear this one, counted from 1"},
         l.on_depth, {1, 100});
+}
 
+/// How many strands there are, and where they stand.
+void readPlaces(TableReader& r, GrowthLevel& l)
+{
     l.count = r.span({"count", "", "how many: on the ground in all, otherwise on each parent"},
                      l.count, {0, 1e9});
     l.whorl = r.integer({"whorl", "", "how many of them stand at one node"}, l.whorl, {1, 1e6});
-    unit({"start", "", "fraction of the parent where the first stands"}, l.start);
-    unit({"end", "", "fraction of the parent where the last stands"}, l.end);
+    unit(r, {"start", "", "fraction of the parent where the first stands"}, l.start);
+    unit(r, {"end", "", "fraction of the parent where the last stands"}, l.end);
     r.require(l.end >= l.start, "end", "at least start");
-    positive({"spread", "m", "on the ground: radius of the disc where roots stand"}, l.spread);
-    degrees({"divergence_degrees", "degrees", "turn about the parent from node to node"},
+    positive(r, {"spread", "m", "on the ground: radius of the disc where roots stand"}, l.spread);
+    degrees(r, {"divergence_degrees", "degrees", "turn about the parent from node to node"},
             l.divergence);
     l.divergence_variation =
         r.number({"divergence_variation_degrees", "degrees", "its standard deviation"}, 0,
                  kNotNegative)
-        * degree;
+        * kDegree;
     l.planar =
         r.flag({"planar", "", "stand to the left and right of the parent only (fern)"}, l.planar);
+}
 
+/// The direction, length and thickness of its strands.
+void readSizes(TableReader& r, GrowthLevel& l)
+{
     const auto angle = r.span({"angle_degrees", "degrees",
                                "from the parent's direction; on the ground from +Y, outwards"},
                               GrowthLevel::Span{0, 0}, kAny);
-    l.angle = {angle.first * degree, angle.second * degree};
+    l.angle = {angle.first * kDegree, angle.second * kDegree};
     l.angle_tip =
         r.number({"angle_tip", "", "factor on the angle at the parent's tip"}, l.angle_tip, kAny);
-    positive({"length", "m", "length; 0: length_ratio of the parent's"}, l.length);
-    positive({"length_ratio", "",
+    positive(r, {"length", "m", "length; 0: length_ratio of the parent's"}, l.length);
+    positive(r,
+             {"length_ratio", "",
               "length as a part of the parent's, also where the level grows on itself"},
              l.length_ratio);
-    positive({"length_tip", "", "factor on the length at the parent's tip"}, l.length_tip);
-    positive({"length_variation", "", "standard deviation as a part of the length"},
+    positive(r, {"length_tip", "", "factor on the length at the parent's tip"}, l.length_tip);
+    positive(r, {"length_variation", "", "standard deviation as a part of the length"},
              l.length_variation);
-    positive({"radius", "m", "radius at the root; 0: radius_ratio of the parent's there"},
+    positive(r, {"radius", "m", "radius at the root; 0: radius_ratio of the parent's there"},
              l.radius);
-    positive({"radius_ratio", "", "radius at the root as a part of the parent's there"},
+    positive(r, {"radius_ratio", "", "radius at the root as a part of the parent's there"},
              l.radius_ratio);
-    unit({"taper", "", "part of the radius that is lost to the tip"}, l.taper);
-    positive({"width_ratio", "", "flat outlines: greatest width / length"}, l.width_ratio);
+    unit(r, {"taper", "", "part of the radius that is lost to the tip"}, l.taper);
+    positive(r, {"width_ratio", "", "flat outlines: greatest width / length"}, l.width_ratio);
     l.segments = r.integer({"segments", "", "pieces of each strand"}, l.segments, {1, 10000});
+}
 
-    degrees({"bend_degrees", "degrees", "bend over the length, away from the parent's tip"},
+/// How its strands bend over their length.
+void readBends(TableReader& r, GrowthLevel& l)
+{
+    degrees(r, {"bend_degrees", "degrees", "bend over the length, away from the parent's tip"},
             l.bend);
     l.bend_variation =
         r.number({"bend_variation_degrees", "degrees", "its standard deviation"}, 0, kNotNegative)
-        * degree;
-    degrees({"comb_degrees", "degrees", "bend over the length towards the box's +X"}, l.comb);
-    degrees({"twist_degrees", "degrees", "twist about its own axis over the length"}, l.twist);
+        * kDegree;
+    degrees(r, {"comb_degrees", "degrees", "bend over the length towards the box's +X"}, l.comb);
+    degrees(r, {"twist_degrees", "degrees", "twist about its own axis over the length"}, l.twist);
     l.wander =
         r.number({"wander_degrees", "degrees", "random turns over the length, standard deviation"},
                  0, kNotNegative)
-        * degree;
-    degrees({"gravity_degrees", "degrees", "turn towards -Y over the length, for a level strand"},
+        * kDegree;
+    degrees(r,
+            {"gravity_degrees", "degrees", "turn towards -Y over the length, for a level strand"},
             l.gravity);
-    degrees({"light_degrees", "degrees", "turn towards +Y over the length, for a level strand"},
+    degrees(r, {"light_degrees", "degrees", "turn towards +Y over the length, for a level strand"},
             l.light);
-    unit({"facing", "", "how much a flat shape turns its face to +Y"}, l.facing);
-    positive({"curl_radius", "m", "radius of the helix around the strand's line"}, l.curl_radius);
+    unit(r, {"facing", "", "how much a flat shape turns its face to +Y"}, l.facing);
+    positive(r, {"curl_radius", "m", "radius of the helix around the strand's line"},
+             l.curl_radius);
     l.curl_turns =
         r.number({"curl_turns", "", "turns of the helix over the length"}, l.curl_turns, kAny);
-    positive({"frizz", "", "random sideways shift as a part of the length"}, l.frizz);
-    unit({"clump", "", "on the ground: how much the tips of a clump meet"}, l.clump);
+    positive(r, {"frizz", "", "random sideways shift as a part of the length"}, l.frizz);
+    unit(r, {"clump", "", "on the ground: how much the tips of a clump meet"}, l.clump);
     l.clumps = r.integer({"clumps", "", "number of clumps"}, l.clumps, {1, 1e6});
+}
 
+void readColours(TableReader& r, GrowthLevel& l)
+{
     l.colour_root = r.colour({"colour_root", "linear RGB", "colour at the root"}, l.colour_root);
     l.colour_tip =
         r.colour({"colour_tip", "linear RGB", "colour at the tip; colour_root if left out"},
                  r.isDescribing() ? l.colour_tip : l.colour_root);
     positive(
-        {"colour_variation", "", "standard deviation of a strand's brightness, as a part of it"},
+        r, {"colour_variation", "", "standard deviation of a strand's brightness, as a part of it"},
         l.colour_variation);
+}
+
+GrowthLevel readLevel(TableReader& r, const GrowthRule& rule,
+                      const std::vector<std::string>& materials)
+{
+    GrowthLevel l;
+    readNames(r, rule, materials, l);
+    readGenerations(r, l);
+    readPlaces(r, l);
+    readSizes(r, l);
+    readBends(r, l);
+    readColours(r, l);
     r.finish();
     return l;
 }

@@ -2,15 +2,10 @@
 
 namespace volcomp {
 
-Layer readLayer(TableReader& r, int index)
+namespace {
+
+void readSampling(TableReader& r, Layer& l)
 {
-    Layer l;
-    l.name = r.text({"name", "", "for messages and statistics; the random numbers depend on it"},
-                    "layer" + std::to_string(index + 1));
-    l.box = r.text({"box", "", "name of the box kind"}, std::nullopt);
-    l.surface = r.text({"surface", "", "name of the surface; empty where the scene has one"}, "");
-    l.seed = static_cast<std::uint64_t>(
-        r.integer({"seed", "", "of the random numbers"}, 1, {0, kInfinity}));
     l.sampling = r.choice<Sampling>(
         {"sampling", "",
          "samples spread evenly on the surface (area) or in the map (uv); both stratified"},
@@ -29,6 +24,10 @@ Layer readLayer(TableReader& r, int index)
         {"sheets", "",
          "where a projected line meets the surface several times: boxes on all sheets, or on the first from outside"},
         l.sheets, {{"all", Sheets::all}, {"first", Sheets::first}});
+}
+
+void readLayerMaps(TableReader& r, Layer& l)
+{
     l.where = readMaps(r, "where", "Second density: the chance of a box, 0 to 1; factors multiply",
                        false);
     l.size = readMaps(r, "size_map", "Multiplies the size; factors multiply", false);
@@ -37,6 +36,11 @@ Layer readLayer(TableReader& r, int index)
         {"tint", "",
          "the colour is looked up once at the box's root, or at every voxel, so that a border cuts through it"},
         l.tint, {{"root", TintAt::root}, {"voxel", TintAt::voxel}});
+}
+
+/// What is drawn at random for each box.
+void readSpans(TableReader& r, Layer& l)
+{
     l.scale = r.span({"size", "", "[smallest, largest] scale of a box, drawn evenly"}, l.scale,
                      {1e-6, 1e6});
     const auto turn =
@@ -47,6 +51,10 @@ Layer readLayer(TableReader& r, int index)
     const auto tilt = r.span({"tilt_degrees", "degrees", "random tilt of the axis, to any side"},
                              std::pair(0.0, 0.0), {0, 180});
     l.tilt = {tilt.first * kDegree, tilt.second * kDegree};
+}
+
+void readComb(TableReader& r, Layer& l)
+{
     l.combed = r.has("comb") || r.has("comb_map");
     l.comb = r.vector(
         {"comb", "", "world direction in which boxes lean along the surface; left out: none"},
@@ -62,6 +70,23 @@ Layer readLayer(TableReader& r, int index)
         * r.number(
             {"comb_degrees", "degrees", "how far combed boxes lean from the surface's normal"}, 45,
             {0, 180});
+}
+
+} // namespace
+
+Layer readLayer(TableReader& r, int index)
+{
+    Layer l;
+    l.name = r.text({"name", "", "for messages and statistics; the random numbers depend on it"},
+                    "layer" + std::to_string(index + 1));
+    l.box = r.text({"box", "", "name of the box kind"}, std::nullopt);
+    l.surface = r.text({"surface", "", "name of the surface; empty where the scene has one"}, "");
+    l.seed = static_cast<std::uint64_t>(
+        r.integer({"seed", "", "of the random numbers"}, 1, {0, kInfinity}));
+    readSampling(r, l);
+    readLayerMaps(r, l);
+    readSpans(r, l);
+    readComb(r, l);
     l.upright = r.number(
         {"upright", "",
          "the axis of uncombed, untilted boxes: 0 along the surface's normal, 1 along the world's +Y, as trees grow on slopes"},

@@ -33,13 +33,9 @@ MapProjection readProjection(TableReader& r)
     return p;
 }
 
-} // namespace
-
-SurfaceSpec readSurface(TableReader& r, const std::string& name)
+/// A plane or height field instead of a mesh.
+void readTerrain(TableReader& r, SurfaceSpec& s)
 {
-    SurfaceSpec s;
-    s.name = name;
-    s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
     const auto ground = r.numbers(
         {"ground", "m",
          "instead of a mesh: [width, depth] of a plane in x and z, or of a height field; u runs along +X, v along -Z"},
@@ -56,6 +52,32 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
     if (heights.size() == 2) s.terrain.low = heights[0], s.terrain.high = heights[1];
     s.terrain.cells = r.integer({"cells", "", "of the height field along its longer side"},
                                 s.terrain.cells, {1, 8192});
+}
+
+void readSkin(TableReader& r, SkinSpec& skin)
+{
+    skin.material = r.text(
+        {"skin", "",
+         "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"},
+        "");
+    skin.colour = r.colour({"skin_colour", "", "diffuse colour of the skin"}, skin.colour);
+    skin.maps =
+        readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
+    skin.transmittance = r.number(
+        {"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"},
+        skin.transmittance, {1e-30, 0.999});
+    skin.depth = r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"},
+                          skin.depth, {-1000, 1000});
+}
+
+} // namespace
+
+SurfaceSpec readSurface(TableReader& r, const std::string& name)
+{
+    SurfaceSpec s;
+    s.name = name;
+    s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
+    readTerrain(r, s);
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);
     s.move = r.vector({"translate", "m", "added to every point, after the scale"}, s.move);
     s.orientation = r.choice<Orientation>(
@@ -66,19 +88,7 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
          {"file", Orientation::file},
          {"inward", Orientation::inward}});
     s.projection = readProjection(r);
-    s.skin.material = r.text(
-        {"skin", "",
-         "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"},
-        "");
-    s.skin.colour = r.colour({"skin_colour", "", "diffuse colour of the skin"}, s.skin.colour);
-    s.skin.maps =
-        readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
-    s.skin.transmittance = r.number(
-        {"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"},
-        s.skin.transmittance, {1e-30, 0.999});
-    s.skin.depth =
-        r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"},
-                 s.skin.depth, {-1000, 1000});
+    readSkin(r, s.skin);
     r.finish();
     s.validate();
     return s;

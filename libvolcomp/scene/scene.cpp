@@ -23,7 +23,7 @@ std::string namesOf(const std::vector<T>& list)
     return text.empty() ? "there is none" : text;
 }
 
-/// Fails at the key of `table` that holds `name`, where no element of the list has it.
+/// Throws the Error that points at the key of `table` if no element of the list has the name.
 template <class T>
 void requireName(const TableReader& table, const char* key, const std::string& what,
                  const std::vector<T>& list, const std::string& name)
@@ -87,7 +87,7 @@ Scene read(TableReader& r, int depth);
 
 constexpr int kIncludeDepth = 8;
 
-/// Adds the materials and boxes of other scene files. Those that this file has as well are its own.
+/// Adds the materials and boxes of other scene files, except those whose names this file has too.
 void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s, int depth)
 {
     for (const std::string& name : names) {
@@ -138,19 +138,15 @@ Scene readScene(const std::filesystem::path& file)
     return read(reader, 0);
 }
 
-void removeSurface(Scene& scene, const std::string& surface)
+bool removeSurface(Scene& scene, const std::string& surface)
 {
-    if (!hasName(scene.surfaces, surface)) {
-        std::string names;
-        for (const SurfaceSpec& s : scene.surfaces) names += (names.empty() ? "" : ", ") + s.name;
-        throw fileError(scene.file, "--leave-out", "the name of a surface (" + names + ")",
-                        "'" + surface + "'");
-    }
+    if (!hasName(scene.surfaces, surface)) return false;
     const auto drop = [](auto& list, const auto& which) {
         list.erase(std::remove_if(list.begin(), list.end(), which), list.end());
     };
     drop(scene.surfaces, [&](const SurfaceSpec& s) { return s.name == surface; });
     drop(scene.layers, [&](const Layer& l) { return l.surface == surface; });
+    return true;
 }
 
 std::vector<KeyDoc> sceneKeys()

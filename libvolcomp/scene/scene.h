@@ -1,4 +1,4 @@
-// One scene file, read and checked: what all three programs work from.
+// One scene file, read and checked: what the programs work from.
 #pragma once
 
 #include <filesystem>
@@ -30,14 +30,14 @@ struct Scene {
     RenderParams render;
 };
 
-/// Reads a scene (TOML). Throws Error with the file, line and value for anything that is not as
-/// scenes/README.md says: syntax, unknown and missing keys, wrong types, values out of range, names
-/// that nothing has.
+/// Reads a scene (TOML). Throws Error with the file, the line and the value for anything that is
+/// not as scenes/README.md says: wrong syntax, unknown and missing keys, wrong types, values out of
+/// range and names that nothing has.
 Scene readScene(const std::filesystem::path& file);
 
-/// Takes a surface and the layers on it out of a scene. Throws Error where there is no surface of
-/// that name.
-void removeSurface(Scene& scene, const std::string& surface);
+/// Takes a surface and the layers on it out of a scene. Returns false, and leaves the scene as it
+/// is, if there is no surface of that name.
+[[nodiscard]] bool removeSurface(Scene& scene, const std::string& surface);
 
 /// Every key that readScene() knows, in the order of the documentation.
 std::vector<KeyDoc> sceneKeys();

@@ -1,8 +1,8 @@
-// Reads a TOML table key by key, and knows at the end which keys nobody asked for.
+// Reads a TOML table key by key, and knows at the end which keys nobody has read.
 //
-// Each key is asked for once, with its default, range, unit and meaning. The same calls read a file
-// and, on a reader made by describing(), list the keys for the documentation: what the parser
-// accepts and what the page says cannot part. Every failure is an Error with the file, the line,
+// Each key is read once, with its default, range, unit and meaning. The same calls read a file and,
+// on a reader made by describing(), list the keys for the documentation; so the documentation
+// cannot differ from what the parser accepts. Every failure is an Error with the file, the line,
 // the value underlined and what was expected.
 #pragma once
 
@@ -36,38 +36,39 @@ struct Key {
 /// One table of the file.
 class TableReader {
 public:
-    /// The root table of a file. Throws Error where the file is missing, unreadable or not TOML.
+    /// The root table of a file. Throws Error if the file is missing, unreadable or not TOML.
     static TableReader open(const std::filesystem::path& file);
 
-    /// A reader of nothing: every call returns its default (an absent required value: a zero or the
-    /// range's low end) and adds a row to `docs`.
+    /// A reader of no file. Every call adds a row to `docs` and returns its default; for a required
+    /// key it returns the low end of the range, or zero.
     static TableReader describing(std::vector<KeyDoc>& docs);
 
     TableReader(TableReader&&) noexcept;
     ~TableReader();
 
-    bool has(const char* name) const; ///< false while describing
+    bool has(const char* name) const; ///< whether the table has the key; false while describing
     bool isDescribing() const;
 
-    // A default of std::nullopt makes the key required. Numbers may be written as integers or
-    // floats and must be finite.
+    // Each of these returns the value of a key, or `fallback` if the table does not have it.
+    // Without a fallback (std::nullopt) the key is required. Throws Error for a missing required
+    // key, another type and a value outside of the range. Numbers may be written as integers or
+    // floats, and must be finite.
     double number(const Key&, std::optional<double> fallback, Interval range);
     int integer(const Key&, std::optional<int> fallback, Interval range);
     bool flag(const Key&, bool fallback);
     std::string text(const Key&, std::optional<std::string> fallback);
-    std::vector<std::string>
-    texts(const Key&, std::vector<std::string> fallback); ///< one string or an array of them
-    std::filesystem::path
-    path(const Key&,
-         std::optional<std::string> fallback); ///< relative to the scene file; "" stays empty
-    std::vector<double> numbers(const Key&, std::vector<double> fallback,
-                                Interval range); ///< an array of any length
+    /// One string or an array of them.
+    std::vector<std::string> texts(const Key&, std::vector<std::string> fallback);
+    /// A path relative to the scene file. A fallback of "" stays empty.
+    std::filesystem::path path(const Key&, std::optional<std::string> fallback);
+    /// An array of any length.
+    std::vector<double> numbers(const Key&, std::vector<double> fallback, Interval range);
 
     /// Three numbers. A single number is not accepted.
     Vec3d vector(const Key&, std::optional<Vec3d> fallback, Interval range = kAny);
-    /// Linear RGB: three numbers, or "#rrggbb", which is sRGB and converted.
+    /// Linear RGB: three numbers, or "#rrggbb", which is sRGB and is converted.
     Vec3d colour(const Key&, std::optional<Vec3d> fallback, Interval range = kNotNegative);
-    /// A non-zero vector, returned at unit length.
+    /// A vector that is not zero; it is returned at unit length.
     Vec3d direction(const Key&, std::optional<Vec3d> fallback);
     /// [low, high] with low <= high, or one number for both.
     std::pair<double, double> span(const Key&, std::optional<std::pair<double, double>> fallback,
@@ -86,27 +87,26 @@ public:
         return words[word(key, index, names)].second;
     }
 
-    /// A sub-table. Absent: an empty one, whose required keys then fail (use has() where the table
-    /// is optional).
+    /// A table inside this one. If it is absent, an empty table, whose required keys then fail; use
+    /// has() if the table is optional.
     TableReader table(const Key&);
-    /// The array of tables [[name]]. Absent: none. While describing: one.
+    /// The array of tables [[name]]; none if it is absent. While describing: one.
     std::vector<TableReader> tables(const Key&);
-    /// The tables [name.X], sorted by X. While describing: one, called NAME.
+    /// The tables [name.X] with their X, sorted by it. While describing: one, called NAME.
     std::vector<std::pair<std::string, TableReader>> named(const Key&);
 
-    /// Does nothing where `holds`; otherwise throws the Error that points at the key's value. Does
-    /// nothing while describing.
+    /// Throws an Error that points at the key's value unless `holds`. Does nothing while
+    /// describing.
     void require(bool holds, const char* name, const std::string& expected) const;
 
-    /// Throws Error at the first key that was not asked for, with the nearest known key. Call it
-    /// last.
+    /// Throws Error for the first key that was not read, with the nearest known key. Call it last.
     void finish() const;
 
     /// "[material.fur] at scene.toml:12", for messages about the table as a whole.
     std::string place() const;
     const std::filesystem::path& file() const;
 
-    /// The table as TOML, without comments; empty while describing and where it is absent.
+    /// The table as TOML, without comments; empty while describing and if the table is absent.
     std::string toml() const;
 
 private:

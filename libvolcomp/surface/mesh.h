@@ -1,4 +1,4 @@
-// A triangle mesh as a file holds it, and what is wrong with it.
+// A triangle mesh, read from a file and mended, and a report of what was wrong with it.
 #pragma once
 
 #include <array>
@@ -16,27 +16,28 @@ namespace volcomp {
 using Vec2d = openvdb::math::Vec2<double>;
 using Vec2f = openvdb::math::Vec2<float>;
 
-/// Which side of a mesh is outside.
+/// Which side of a mesh is outside. The normals of triangles wound counter-clockwise point there.
 enum class Orientation {
-    outward, ///< faces turned to agree with their neighbours; closed parts outward, open parts as
-             ///< most of their faces
-    file,    ///< as the file winds them
-    inward   ///< the opposite of outward
+    /// Triangles are turned so that neighbours agree; then a closed part faces outward, and an open
+    /// part as most of its triangles do in the file.
+    outward,
+    file,  ///< as the file winds them
+    inward ///< the opposite of outward
 };
 
-/// What readMesh() and orient() found and mended.
+/// What readMesh() and prepareMesh() have found and mended.
 struct MeshReport {
     std::size_t vertices = 0, faces = 0, triangles = 0;
-    std::size_t parts = 0;          ///< connected pieces (vertices at the same place count as one)
-    std::size_t boundary_edges = 0; ///< of one face
-    std::size_t non_manifold_edges = 0; ///< of more than two faces
-    std::size_t non_manifold_faces = 0; ///< faces at such an edge; all of them are kept
+    std::size_t parts = 0;          ///< connected pieces; vertices at the same place count as one
+    std::size_t boundary_edges = 0; ///< edges that belong to one triangle only
+    std::size_t non_manifold_edges = 0; ///< edges that more than two triangles share
+    std::size_t non_manifold_faces = 0; ///< triangles at such an edge; all of them are kept
     std::size_t zero_area = 0;          ///< triangles without area; no box stands on them
     std::size_t turned = 0;             ///< triangles whose winding was turned round
-    bool normals_computed = false;      ///< the file had none
+    bool normals_computed = false;      ///< true if the file had no normals
     bool has_uv = false;
 
-    /// One line for a person.
+    /// One line of text with everything that is worth saying.
     std::string text() const;
 };
 
@@ -44,19 +45,20 @@ struct MeshReport {
 struct Mesh {
     std::vector<Vec3d> points; ///< world units
     std::vector<std::array<std::int32_t, 3>> triangles;
-    std::vector<Vec3f> normals; ///< one for each point, unit or 0 where undefined
-    std::vector<std::array<Vec2f, 3>>
-        uv; ///< texture coordinates of each triangle's corners; empty: none
+    std::vector<Vec3f> normals; ///< one for each point, unit, or 0 if it has none
+    /// Texture coordinates of each triangle's corners; empty if the mesh has none.
+    std::vector<std::array<Vec2f, 3>> uv;
     MeshReport report;
 };
 
-/// Reads OBJ, PLY, OFF or STL by OpenMesh's readers, without its half-edge structure, which would
-/// drop non-manifold faces. Polygons become triangles. Throws Error for a missing, empty, truncated
-/// or foreign file and for coordinates that are not finite.
+/// Reads OBJ, PLY, OFF or STL with OpenMesh's readers, but without its half-edge structure, which
+/// would drop non-manifold faces. Polygons are cut into triangles. Throws Error for a missing,
+/// empty, truncated or foreign file and for coordinates that are not finite. Not thread-safe: it
+/// switches OpenMesh's global messages off meanwhile.
 Mesh readMesh(const std::filesystem::path& file);
 
-/// Multiplies by `scale`, then adds `move`; turns faces as `orientation` says; computes normals,
-/// weighted by angle, where there are none.
+/// Multiplies all points by `scale` and adds `move`, turns triangles as `orientation` says, and
+/// computes normals, weighted by angle, if there are none. Adds what it finds to mesh.report.
 void prepareMesh(Mesh& mesh, double scale, const Vec3d& move, Orientation orientation);
 
 } // namespace volcomp

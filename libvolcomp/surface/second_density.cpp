@@ -11,7 +11,7 @@ namespace {
 
 double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 
-/// One octave, in about [-1, 1].
+/// One octave; returns about -1 to 1.
 double perlin(const Vec3d& p, std::uint64_t seed)
 {
     const double cell[3] = {std::floor(p[0]), std::floor(p[1]), std::floor(p[2])};
@@ -28,8 +28,8 @@ double perlin(const Vec3d& p, std::uint64_t seed)
             weight *= bit ? w[i] : 1 - w[i];
             d[i] = f[i] - bit;
         }
-        const int edge =
-            static_cast<int>(key >> 60) % 12; // the gradient is the middle of one of a cube's edges
+        // The gradient points to the middle of one of a cube's twelve edges.
+        const int edge = static_cast<int>(key >> 60) % 12;
         const double a = edge < 8 ? d[0] : d[1], b = edge < 4 ? d[1] : d[2];
         sum += weight * ((edge & 1 ? -a : a) + (edge & 2 ? -b : b));
     }

@@ -1,4 +1,4 @@
-// A second density (MODEL section 7): a number or a colour at every place of a surface, from
+// A second density (MODEL section 7): a number or a colour at every place of a surface, made of
 // images, constants, noise and products of them.
 #pragma once
 
@@ -13,30 +13,37 @@
 
 namespace volcomp {
 
-/// One factor. It is an image, noise, or, where neither is given, the constant.
+/// One factor: an image, or noise, or, if neither is given, the constant.
 struct MapFactor {
     std::filesystem::path image;
-    int channel = -1; ///< of the image, from 0; -1: luminance (a colour map: red, green, blue)
+    /// Channel of the image, counted from 0. -1 is its luminance, or red, green and blue if the
+    /// factor gives a colour.
+    int channel = -1;
     Wrap wrap = Wrap::repeat;
-    Vec2d repeat{1, 1};       ///< the image stands so many times in the unit square of (u,v)
+    Vec2d repeat{1, 1};       ///< number of repeats of the image per unit of u and of v
     double noise = 0;         ///< size of the noise's features, world units; 0: no noise
-    int octaves = 1;          ///< of the noise, each half as large and half as strong
+    int octaves = 1;          ///< octaves of the noise, each half as large and half as strong
     std::uint64_t seed = 1;   ///< of the noise
-    Vec3d constant{1.0};      ///< a number map uses the first
-    double low = 0, high = 1; ///< what an image's or noise's 0 and 1 become
+    Vec3d constant{1.0};      ///< a colour, linear RGB; a number uses the first component
+    double low = 0, high = 1; ///< what 0 and 1 of the image or of the noise become
 
+    /// Throws Error if a value is out of range or not finite, or there are both an image and noise.
     void validate() const;
 };
 
-/// The product of its factors; of none, 1. Images are read once, in the constructor, which throws
-/// their Errors. May be asked from several threads.
+/// The product of factors, 1 if there are none. The constructor reads the images and throws their
+/// Errors. Copies share the images, which never change. May be used by several threads at a time.
 class SecondDensity {
 public:
     SecondDensity() = default;
+    /// `colour` says that images hold colours, which are converted from sRGB to linear RGB; numbers
+    /// are taken as they are.
     SecondDensity(const std::vector<MapFactor>& factors, bool colour);
 
-    bool isConstant() const; ///< the same everywhere
-    bool usesUv() const;     ///< some factor is an image
+    bool isConstant() const; ///< true if it is the same everywhere
+    bool usesUv() const;     ///< true if some factor is an image
+
+    /// The number or the colour (linear RGB) at the place `p` of the world, whose (u,v) is `uv`.
     float value(const Vec2d& uv, const Vec3d& p) const;
     Vec3f colour(const Vec2d& uv, const Vec3d& p) const;
 
@@ -48,8 +55,9 @@ private:
     std::vector<Factor> m_factors;
 };
 
-/// Perlin's gradient noise, improved (SIGGRAPH 2002) with a hash of 64 bits; about 0 to 1 with mean
-/// 1/2, clamped, its features of about the unit length.
+/// Perlin's improved gradient noise (SIGGRAPH 2002) with a hash of 64 bits. Its features are about
+/// as long as the unit of `p`. Its mean is 1/2; it is clamped to 0 and 1. Returns 1/2 for places
+/// further than 1e15 from the origin.
 double gradientNoise(const Vec3d& p, int octaves, std::uint64_t seed);
 
 } // namespace volcomp

@@ -12,7 +12,8 @@ namespace volcomp {
 namespace {
 
 /// Sorts triangles so that neighbours in the list are neighbours on the surface: halves the list
-/// across its longest extent, again and again.
+/// across its longest extent, and each half again. Every second half is sorted backwards, so that
+/// the list goes on where the first half ends.
 void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t>::iterator last,
              const std::vector<Vec3d>& centres, bool backward)
 {
@@ -34,8 +35,9 @@ void kdOrder(std::vector<std::int32_t>::iterator first, std::vector<std::int32_t
     kdOrder(middle, last, centres, true);
 }
 
-/// Sierpinski's curve: halves the triangle at the middle of the side from entry to exit. Area for
-/// area, and the curve is continuous.
+/// Shrinks the triangle `b` (entry, apex, exit) to the piece of Sierpinski's curve that has the
+/// fraction `f` of the area before it. Each level halves the triangle at the middle of the side
+/// from entry to exit, so equal intervals of f are equal areas, and the curve is continuous.
 void sierpinski(double f, double b[3][2])
 {
     for (int level = 0; level < 44; ++level) {
@@ -100,6 +102,7 @@ Surface::Surface(Mesh mesh, const MapProjection& projection, const std::string& 
 
 Surface::~Surface() = default;
 Surface::Surface(Surface&&) noexcept = default;
+Surface& Surface::operator=(Surface&&) noexcept = default;
 
 SurfacePoint Surface::at(std::int32_t triangle, double b1, double b2) const
 {
@@ -151,7 +154,7 @@ SurfacePoint Surface::atFraction(double f) const
     return at(m_order[k], (b[0][0] + b[1][0] + b[2][0]) / 3, (b[0][1] + b[1][1] + b[2][1]) / 3);
 }
 
-SurfacePoint Surface::onLine(std::int32_t triangle, const Vec3d& position) const
+SurfacePoint Surface::inTriangle(std::int32_t triangle, const Vec3d& position) const
 {
     const auto& c = m_mesh.triangles[triangle];
     const Vec3d e1 = m_mesh.points[c[1]] - m_mesh.points[c[0]],
@@ -166,19 +169,21 @@ SurfacePoint Surface::onLine(std::int32_t triangle, const Vec3d& position) const
 
 std::vector<SurfacePoint> Surface::sheets(const Vec2d& uv) const
 {
+    if (m_projection.kind == ProjectionKind::uv) return sheetsByMesh(uv);
     std::vector<SurfacePoint> result;
-    if (m_projection.kind != ProjectionKind::uv) {
-        const MapProjection::Line line = m_projection.line(uv);
-        for (const SurfaceTree::Hit& hit :
-             m_tree->crossings(line.origin, line.direction, line.ray)) {
-            result.push_back(onLine(hit.triangle, line.origin + line.direction * hit.t));
-            result.back().uv = uv;
-        }
-        return result;
+    const MapProjection::Line line = m_projection.line(uv);
+    for (const SurfaceTree::Hit& hit : m_tree->crossings(line.origin, line.direction, line.ray)) {
+        result.push_back(inTriangle(hit.triangle, line.origin + line.direction * hit.t));
+        result.back().uv = uv;
     }
+    return result;
+}
+
+std::vector<SurfacePoint> Surface::sheetsByMesh(const Vec2d& uv) const
+{
+    std::vector<SurfacePoint> result;
     if (!m_uv_tree) return result;
-    for (const std::int32_t t : m_uv_tree->covering(
-             uv[0], uv[1])) { // neighbours that share the point's edge give one sheet
+    for (const std::int32_t t : m_uv_tree->covering(uv[0], uv[1])) {
         const auto& corners = m_mesh.uv[t];
         const Vec2d a(corners[0]), e1 = Vec2d(corners[1]) - a, e2 = Vec2d(corners[2]) - a,
                                    d = uv - a;
@@ -222,7 +227,7 @@ bool Surface::hides(const Vec3d& eye, const Vec3d& p) const
 SurfacePoint Surface::nearest(const Vec3d& p) const
 {
     const SurfaceTree::Nearest found = m_tree->nearest(p);
-    return onLine(found.triangle, found.position);
+    return inTriangle(found.triangle, found.position);
 }
 
 Surface::UvGradient Surface::uvGradient(std::int32_t triangle) const
@@ -251,7 +256,7 @@ Surface::UvGradient Surface::uvGradientAt(const SurfacePoint& s) const
         const Vec2d a = m_projection.project(s.position - e),
                     b = m_projection.project(s.position + e);
         double du = b[0] - a[0];
-        if (m_projection.kind != ProjectionKind::plane) du -= std::round(du); // across the seam
+        if (m_projection.kind != ProjectionKind::plane) du -= std::round(du); // at the seam
         g.du[i] = du / (2 * h);
         g.dv[i] = (b[1] - a[1]) / (2 * h);
     }

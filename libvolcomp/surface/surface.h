@@ -1,4 +1,4 @@
-// The surface that boxes stand on: a mesh with areas, frames and the ways maps fall on it.
+// The surface that boxes stand on: a mesh with what scattering and maps need to know of it.
 #pragma once
 
 #include <filesystem>
@@ -17,94 +17,107 @@ namespace volcomp {
 
 class SurfaceTree;
 
-/// The surface itself as an opaque thin shell of voxels, so that nobody sees through the fur.
+/// A thin opaque shell of voxels on the surface, so that nobody sees through the fur.
 struct SkinSpec {
-    std::string material;        ///< of kind surface; empty: no skin
+    std::string material;        ///< name of a material of kind surface; empty: no skin
     Vec3d colour{1.0};           ///< linear RGB
-    std::vector<MapFactor> maps; ///< multiply the colour
-    double transmittance = 1e-6; ///< along the normal, in the mean, > 0 and < 1; where voxels lie
-                                 ///< awkwardly one ray may meet 0.4 of that optical depth
-    double depth = 0;            ///< of the shell's middle below the surface, voxels
+    std::vector<MapFactor> maps; ///< factors on the colour
+    /// Mean transmittance along the normal, > 0 and < 1. The optical depth that a single ray meets
+    /// depends on how the voxels lie, and is 0.4 of the mean at least.
+    double transmittance = 1e-6;
+    double depth = 0; ///< depth of the shell's middle below the surface, voxels
 };
 
 /// One [surface.NAME] of the scene.
 struct SurfaceSpec {
     std::string name;
-    std::filesystem::path mesh; ///< OBJ, PLY, OFF or STL; empty: terrain
+    std::filesystem::path mesh; ///< OBJ, PLY, OFF or STL; empty: `terrain` is used
     TerrainSpec terrain;
     double scale = 1; ///< world units in one unit of the file
-    Vec3d move{0.0};  ///< added after the scale
+    Vec3d move{0.0};  ///< added after the scale, world units
     Orientation orientation = Orientation::outward;
     MapProjection projection;
     SkinSpec skin;
 
+    /// Throws Error if a value is out of range or not finite.
     void validate() const;
 };
 
 /// A place on the surface.
 struct SurfacePoint {
     Vec3d position;
-    Vec3d normal; ///< unit, interpolated; the face's own where the interpolated one vanishes
-    Vec2d uv;     ///< by the surface's projection; 0 where it is `uv` and the mesh has none
+    Vec3d normal; ///< unit, interpolated; the triangle's own if the interpolated one vanishes
+    Vec2d uv;     ///< by the surface's projection; 0 if that is `uv` and the mesh has none
     std::int32_t triangle = -1;
     double b1 = 0, b2 = 0; ///< weights of the triangle's second and third corner
 };
 
-/// A mesh or terrain with its projection: where boxes stand and maps fall.
+/// A mesh or terrain with its projection. All const functions may be called by several threads at a
+/// time. World units.
 class Surface {
 public:
-    /// Takes a mesh as prepareMesh() leaves it. Throws Error where no triangle has an area. `place`
-    /// names the surface in messages.
+    /// Takes a mesh as prepareMesh() leaves it. `place` names the surface in messages. Throws Error
+    /// if no triangle has an area.
     Surface(Mesh mesh, const MapProjection& projection, const std::string& place = "surface");
     ~Surface();
     Surface(Surface&&) noexcept;
+    Surface& operator=(Surface&&) noexcept;
 
     const Mesh& mesh() const { return m_mesh; }
     const MapProjection& projection() const { return m_projection; }
+    /// False if maps cannot be looked up: by texture coordinates that the mesh lacks.
     bool hasUv() const { return m_projection.kind != ProjectionKind::uv || !m_mesh.uv.empty(); }
     double area() const { return m_area.back(); }
 
-    /// The point where the fraction `f` (0 to 1) of the area lies before it, along a curve that
-    /// stays together: triangles are ordered as leaves of a kd-tree, and Sierpinski's curve runs
-    /// inside each. So equal intervals of f are pieces of equal area, most of them compact:
-    /// stratified f gives points that cover the surface evenly.
+    /// The point that has the fraction `f` (0 to 1) of the area before it on a curve through the
+    /// whole surface. The curve visits triangles in the order of a kd-tree's leaves, and runs
+    /// inside each as Sierpinski's does; so equal intervals of f are pieces of equal area, most of
+    /// them compact, and stratified f gives points that cover the surface evenly.
     SurfacePoint atFraction(double f) const;
 
-    /// A point by its triangle and weights; normal and (u,v) filled in.
+    /// The point with these weights of the triangle's second and third corner.
     SurfacePoint at(std::int32_t triangle, double b1, double b2) const;
 
-    /// Where the line of (u,v) meets the surface: every sheet, from the projector's side (outside)
-    /// inward. By texture coordinates: every triangle that covers (u,v), in the mesh's order.
+    /// Every point of the surface that has this (u,v): where the projection's line meets the
+    /// surface, from the projector's side (outside) inward. By texture coordinates: one point in
+    /// each triangle that covers (u,v), in the mesh's order; neighbours that share the point give
+    /// one.
     std::vector<SurfacePoint> sheets(const Vec2d& uv) const;
 
-    /// The nearest point of the surface.
+    /// The point of the surface that is nearest to `p`.
     SurfacePoint nearest(const Vec3d& p) const;
-    /// Texture coordinates of the surface's point near `p` that a walk from `triangle` finds
-    /// (SurfaceWalk); moves `triangle` there. From -1 it starts at the nearest point of all. Only
-    /// by texture coordinates, and where the mesh has them.
+    /// Texture coordinates of the surface's point near `p` that a walk from `triangle` finds, see
+    /// SurfaceWalk; `triangle` becomes that point's. If it is -1, the walk starts at the nearest
+    /// point. Only if the projection is `uv` and the mesh has texture coordinates.
     Vec2d uvNear(const Vec3d& p, std::int32_t& triangle) const;
 
-    /// True where the surface cuts the way from `eye` to `p` before the last thousandth of it.
+    /// True if the surface cuts the way from `eye` to `p`, its last thousandth excepted.
     bool hides(const Vec3d& eye, const Vec3d& p) const;
 
-    /// Gradients of u and v along the surface, 1/length. Zero where undefined.
+    /// Gradients of u and v along the surface, 1 / length. Zero if they are not defined.
     struct UvGradient {
         Vec3d du, dv;
     };
-    UvGradient uvGradient(std::int32_t triangle) const;   ///< of the texture coordinates
-    UvGradient uvGradientAt(const SurfacePoint& s) const; ///< by the surface's projection
+    /// By the texture coordinates of a triangle.
+    UvGradient uvGradient(std::int32_t triangle) const;
+    /// By the surface's projection; by central differences if that is not `uv`.
+    UvGradient uvGradientAt(const SurfacePoint& s) const;
 
 private:
-    SurfacePoint onLine(std::int32_t triangle, const Vec3d& position) const;
+    /// The point of a triangle at a position that lies in it, to rounding.
+    SurfacePoint inTriangle(std::int32_t triangle, const Vec3d& position) const;
+    std::vector<SurfacePoint> sheetsByMesh(const Vec2d& uv) const;
     Mesh m_mesh;
     MapProjection m_projection;
-    std::vector<std::int32_t> m_order; ///< triangles along the curve
-    std::vector<double> m_area;        ///< running sum along m_order
-    SurfaceWalk m_walk;                ///< where there are texture coordinates
-    std::unique_ptr<SurfaceTree> m_tree, m_uv_tree;
+    std::vector<std::int32_t> m_order; ///< triangles along the curve of atFraction()
+    std::vector<double> m_area;        ///< running sum of their areas
+    SurfaceWalk m_walk;                ///< empty if m_uv_tree is
+    std::unique_ptr<SurfaceTree> m_tree;
+    std::unique_ptr<SurfaceTree> m_uv_tree; ///< of the texture coordinates; null if not used
 };
 
-/// Reads, prepares and indexes the surface that `spec` names.
+/// Reads or makes the mesh of `spec`, prepares it and indexes it. Throws Error as SurfaceSpec::
+/// validate(), readMesh(), makeTerrain() and Surface() do.
 Surface loadSurface(const SurfaceSpec& spec);
 
 } // namespace volcomp

@@ -43,7 +43,7 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3d>& points,
     m_impl->tree.insert(m_impl->triangles.begin(), m_impl->triangles.end());
     if (m_impl->triangles.empty()) return;
     m_impl->tree.build();
-    m_impl->tree.accelerate_distance_queries(); // here, so that questions change nothing
+    m_impl->tree.accelerate_distance_queries(); // here, so that later calls change nothing
     const auto box = m_impl->tree.bbox();
     m_impl->size =
         std::max({box.xmax() - box.xmin(), box.ymax() - box.ymin(), box.zmax() - box.zmin()});
@@ -74,7 +74,7 @@ std::vector<SurfaceTree::Hit> SurfaceTree::crossings(const Vec3d& origin, const 
         const Kernel::Vector_3 ab = id->vertex(1) - id->vertex(0),
                                ac = id->vertex(2) - id->vertex(0), n = CGAL::cross_product(ab, ac);
         if (n.squared_length() < 1e-24 * ab.squared_length() * ac.squared_length())
-            continue; // no area but rounding
+            continue; // its area is rounding
         const double across = n * d;
         if (across * across < 1e-24 * n.squared_length() * d.squared_length()) continue;
         hits.push_back(

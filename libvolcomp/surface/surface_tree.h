@@ -1,4 +1,4 @@
-// Nearest points and crossings on a triangle soup, by CGAL's AABB tree.
+// Nearest points and crossings of a set of triangles, found with CGAL's AABB tree.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace volcomp {
 
-/// Triangles without area are left out: nothing stands on them. All questions may be asked from
-/// several threads at a time.
+/// An index of triangles; it keeps a copy of them. Triangles without area are left out, as nothing
+/// stands on them. All const functions may be called by several threads at a time.
 class SurfaceTree {
 public:
     SurfaceTree(const std::vector<Vec3d>& points,
@@ -19,26 +19,27 @@ public:
     ~SurfaceTree();
     SurfaceTree(SurfaceTree&&) noexcept;
 
-    /// The point of the surface that is closest to another.
+    /// A point of the triangles.
     struct Nearest {
         Vec3d position;
         std::int32_t triangle = -1; ///< -1: there is no triangle with an area
     };
+    /// The point of the triangles that is nearest to `p`.
     Nearest nearest(const Vec3d& p) const;
 
-    /// Where a ray meets the surface.
+    /// Where a line meets a triangle.
     struct Hit {
         double t; ///< position = origin + t direction
         std::int32_t triangle;
     };
-    /// Every triangle that the line (t >= 0 where `ray`) crosses, by falling t. Crossings are
-    /// decided exactly: a line through a common edge misses neither neighbour. Hits closer than
-    /// 1e-9 of the tree's size are one sheet and counted once. Triangles that hold the line itself
-    /// are left out.
+    /// Every triangle that the line crosses, from the largest t to the smallest; if `ray` is true,
+    /// only t >= 0. Crossings are decided exactly, so a line through a common edge misses neither
+    /// neighbour. Hits that are closer together than 1e-9 of the tree's size are one sheet, and
+    /// only the first of them is returned. Triangles that contain the line are left out.
     std::vector<Hit> crossings(const Vec3d& origin, const Vec3d& direction, bool ray) const;
 
-    /// Triangles that the line through `p` along z meets, by their index: for meshes that lie in
-    /// the plane z = 0. Decided exactly.
+    /// The indices, in rising order, of the triangles that the line through (x, y, 0) along z
+    /// meets, decided exactly. For triangles that lie in the plane z = 0.
     std::vector<std::int32_t> covering(double x, double y) const;
 
 private:

@@ -1,4 +1,5 @@
-// Nearest points of a surface for many places close together: a walk from triangle to triangle.
+// Nearest points of a surface for many places that are close together, found by walking from
+// triangle to triangle.
 #pragma once
 
 #include <array>
@@ -14,22 +15,27 @@ namespace volcomp {
 class SurfaceWalk {
 public:
     SurfaceWalk() = default;
-    /// Corners at the same place are one vertex. Where more than two triangles share an edge, the
-    /// first two are neighbours; triangles that are but an edge are nobody's.
+    /// Corners at the same place are one vertex. If more than two triangles share an edge, the
+    /// first two are neighbours. Degenerate triangles, two of whose corners are one vertex, have no
+    /// neighbours.
     explicit SurfaceWalk(const Mesh& mesh);
 
     /// The nearest point that a walk has found.
     struct Foot {
         std::int32_t triangle;
         double b1, b2;    ///< weights of its second and third corner
-        double distance2; ///< squared
+        double distance2; ///< its squared distance from the place
     };
-    /// Goes from triangle `start` to neighbours as long as that leads nearer to `p`: the nearest
-    /// point of the part of the surface that lies downhill, so that a hair's tip beside a fold
-    /// keeps to the side on which the hair stands. `mesh` is the constructor's.
+    /// Goes from triangle `start` to its neighbours, and on, as long as that leads nearer to `p`.
+    /// It may so end at a local minimum, which is wanted: a hair's tip beside a fold keeps to the
+    /// side on which the hair stands. `mesh` must be the constructor's.
     Foot nearest(const Mesh& mesh, const Vec3d& p, std::int32_t start) const;
 
 private:
+    class Step;
+    /// Looks at the triangles around a corner. Returns true if the surface ends there.
+    bool lookAround(Step& step, std::int32_t triangle, int corner) const;
+
     std::vector<std::array<std::int32_t, 3>> m_vertices; ///< of each triangle
     std::vector<std::array<std::int32_t, 3>>
         m_neighbours; ///< across the edge from corner i to the next; -1: none

@@ -11,7 +11,7 @@
 namespace volcomp {
 namespace {
 
-/// Index of a pixel by the wrap mode; -1: black.
+/// Index of the pixel that the wrap mode shows at `x`; -1: black.
 int wrapped(std::int64_t x, int size, Wrap mode)
 {
     if (x >= 0 && x < size) return static_cast<int>(x);

@@ -19,15 +19,22 @@ void Camera::validate() const
         throw Error("camera: expected a finite width > 0");
 }
 
+CameraFrame::CameraFrame(const Camera& camera) : forward(camera.target - camera.eye)
+{
+    forward.normalize();
+    right = forward.cross(camera.up);
+    right.normalize();
+    up = right.cross(forward);
+}
+
 CameraRays::CameraRays(const Camera& camera, int width, int height)
     : m_perspective(camera.projection == Projection::perspective), m_eye(camera.eye),
       m_x0(0.5 * width), m_y0(0.5 * height)
 {
-    m_forward = camera.target - camera.eye;
-    m_forward.normalize();
-    m_right = m_forward.cross(camera.up);
-    m_right.normalize();
-    m_down = m_forward.cross(m_right);
+    const CameraFrame frame(camera);
+    m_forward = frame.forward;
+    m_right = frame.right;
+    m_down = -frame.up;
     const double pixel =
         (m_perspective ? 2 * std::tan(camera.field_of_view / 2) : camera.width) / width;
     m_right *= pixel;
@@ -46,9 +53,8 @@ CameraRay CameraRays::ray(double x, double y) const
 double Camera::pixelFootprint(const Vec3d& p, int width_pixels) const
 {
     if (projection == Projection::orthographic) return width / width_pixels;
-    Vec3d forward = target - eye;
-    forward.normalize();
-    return 2 * std::tan(field_of_view / 2) * std::abs(forward.dot(p - eye)) / width_pixels;
+    const double distance = std::abs(CameraFrame(*this).forward.dot(p - eye));
+    return 2 * std::tan(field_of_view / 2) * distance / width_pixels;
 }
 
 } // namespace volcomp

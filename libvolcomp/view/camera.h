@@ -25,6 +25,13 @@ struct Camera {
     double pixelFootprint(const Vec3d& p, int width_pixels) const;
 };
 
+/// The directions of a picture in the world, of unit length and perpendicular to each other.
+struct CameraFrame {
+    Vec3d right, up, forward;
+
+    explicit CameraFrame(const Camera& camera);
+};
+
 /// One ray of the camera.
 struct CameraRay {
     Vec3d origin, direction; ///< world units; the direction is of unit length

@@ -25,7 +25,7 @@ struct Material {
     double n = 1.55; ///< refractive index, > 0
     Vec3d specular_colour{1.0}; ///< e, linear RGB
 
-    /// Throws Error where a value is out of range or not finite.
+    /// Throws Error if a value is out of range or not finite.
     void validate() const;
 };
 

@@ -16,19 +16,19 @@ using openvdb::math::half;
 constexpr std::size_t kFirstChunk = std::size_t(1) << 16, kLargePage = std::size_t(1) << 21,
                       kLargestChunk = 2 * kLargePage;
 
-openvdb::Vec3s floats(const Half3& h) { return {float(h[0]), float(h[1]), float(h[2])}; }
+Vec3f floats(const Half3& h) { return fromHalves(h); }
 float floats(float v) { return v; }
 
-/// A grid of the values that `get` finds for a block.
+/// A grid of the values that `get` finds for a block: as many as the block has active voxels.
 template <class Grid, class Get>
 typename Grid::Ptr gridOf(const PackedPart& part, const openvdb::math::Transform& transform,
                           const Get& get)
 {
     using Leaf = typename Grid::TreeType::LeafNodeType;
-    std::vector<Leaf*> leaves(part.blocks.size());
+    std::vector<std::unique_ptr<Leaf>> leaves(part.blocks.size());
     tbb::parallel_for(std::size_t(0), leaves.size(), [&](std::size_t i) {
         const PackedBlock& block = part.blocks[i];
-        leaves[i] = new Leaf(block.origin, typename Grid::ValueType(0.0f));
+        leaves[i] = std::make_unique<Leaf>(block.origin, typename Grid::ValueType(0.0f));
         const auto* values = get(block);
         int k = 0;
         for (openvdb::Index x = 0; x < 8; ++x)
@@ -40,7 +40,7 @@ typename Grid::Ptr gridOf(const PackedPart& part, const openvdb::math::Transform
     grid->setTransform(transform.copy());
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     auto accessor = grid->getAccessor();
-    for (Leaf* leaf : leaves) accessor.addLeaf(leaf);
+    for (std::unique_ptr<Leaf>& leaf : leaves) accessor.addLeaf(leaf.release());
     return grid;
 }
 
@@ -110,49 +110,76 @@ std::size_t PackedVolume::bytes() const
     return n;
 }
 
+namespace {
+
+/// The active voxels of one part.
+class Packer {
+public:
+    explicit Packer(const VolumePart& from) : m_density(from.density)
+    {
+        m_part.material = from.material;
+        m_part.kind = from.kind;
+        m_part.uniform_colour = from.uniform_colour;
+        m_part.has_direction = from.direction != nullptr;
+        m_part.has_colour = from.colour != nullptr;
+        m_part.has_scatter_ratio = from.scatter_ratio != nullptr;
+        m_part.stores.emplace_back();
+        if (m_density->tree().hasActiveTiles()) {
+            const auto copy = m_density->deepCopy();
+            copy->tree().voxelizeActiveTiles();
+            m_density = copy;
+        }
+        if (from.direction) m_direction.emplace(from.direction->getConstAccessor());
+        if (from.colour) m_colour.emplace(from.colour->getConstAccessor());
+        if (from.scatter_ratio) m_scatter_ratio.emplace(from.scatter_ratio->getConstAccessor());
+    }
+
+    PackedPart run()
+    {
+        for (auto leaf = m_density->tree().cbeginLeaf(); leaf; ++leaf)
+            if (leaf->onVoxelCount() > 0) add(*leaf);
+        return std::move(m_part);
+    }
+
+private:
+    using Vectors = std::optional<openvdb::Vec3SGrid::ConstAccessor>;
+
+    void add(const openvdb::FloatTree::LeafNodeType& leaf)
+    {
+        PackedBlock block;
+        block.origin = leaf.origin();
+        block.count = static_cast<std::uint32_t>(leaf.onVoxelCount());
+        for (openvdb::Index x = 0; x < 8; ++x)
+            block.mask[x] = leaf.valueMask().template getWord<std::uint64_t>(x);
+        block.values = m_part.stores[0].allocate(
+            block.count
+            * PackedPart::voxelBytes(m_part.has_direction, m_part.has_colour,
+                                     m_part.has_scatter_ratio));
+        float* density = m_part.density(block);
+        for (auto v = leaf.cbeginValueOn(); v; ++v) *density++ = *v;
+        addVectors(leaf, m_direction, m_part.direction(block));
+        addVectors(leaf, m_colour, m_part.colour(block));
+        addVectors(leaf, m_scatter_ratio, m_part.scatterRatio(block));
+        m_part.blocks.push_back(block);
+    }
+    static void addVectors(const openvdb::FloatTree::LeafNodeType& leaf, Vectors& from, Half3* to)
+    {
+        if (!from) return;
+        for (auto v = leaf.cbeginValueOn(); v; ++v) *to++ = toHalves(from->getValue(v.getCoord()));
+    }
+
+    PackedPart m_part;
+    openvdb::FloatGrid::ConstPtr m_density;
+    Vectors m_direction, m_colour, m_scatter_ratio;
+};
+
+} // namespace
+
 PackedVolume pack(const Volume& volume)
 {
     PackedVolume packed;
     packed.transform = volume.parts.at(0).density->transform().copy();
-    for (const VolumePart& from : volume.parts) {
-        PackedPart& part = packed.parts.emplace_back();
-        part.material = from.material;
-        part.kind = from.kind;
-        part.uniform_colour = from.uniform_colour;
-        part.has_direction = from.direction != nullptr;
-        part.has_colour = from.colour != nullptr;
-        part.stores.emplace_back();
-        openvdb::FloatGrid::ConstPtr density = from.density;
-        if (density->tree().hasActiveTiles()) {
-            const auto copy = density->deepCopy();
-            copy->tree().voxelizeActiveTiles();
-            density = copy;
-        }
-        std::optional<openvdb::Vec3SGrid::ConstAccessor> direction, colour;
-        if (from.direction) direction.emplace(from.direction->getConstAccessor());
-        if (from.colour) colour.emplace(from.colour->getConstAccessor());
-        const auto halves = [](const openvdb::Vec3s& v) {
-            return Half3{half(v[0]), half(v[1]), half(v[2])};
-        };
-        for (auto leaf = density->tree().cbeginLeaf(); leaf; ++leaf) {
-            PackedBlock block;
-            block.origin = leaf->origin();
-            block.count = static_cast<std::uint32_t>(leaf->onVoxelCount());
-            if (block.count == 0) continue;
-            for (openvdb::Index x = 0; x < 8; ++x)
-                block.mask[x] = leaf->valueMask().template getWord<std::uint64_t>(x);
-            block.values = part.stores[0].allocate(
-                block.count * PackedPart::voxelBytes(part.has_direction, part.has_colour));
-            float* d = part.density(block);
-            Half3 *t = part.direction(block), *c = part.colour(block);
-            for (auto it = leaf->cbeginValueOn(); it; ++it) {
-                *d++ = *it;
-                if (t) *t++ = halves(direction->getValue(it.getCoord()));
-                if (c) *c++ = halves(colour->getValue(it.getCoord()));
-            }
-            part.blocks.push_back(block);
-        }
-    }
+    for (const VolumePart& part : volume.parts) packed.parts.push_back(Packer(part).run());
     return packed;
 }
 
@@ -164,14 +191,15 @@ Volume unpack(const PackedVolume& packed)
         part.material = from.material;
         part.kind = from.kind;
         part.uniform_colour = from.uniform_colour;
+        const auto vectors = [&](Half3* (PackedPart::*values)(const PackedBlock&) const) {
+            return gridOf<openvdb::Vec3SGrid>(
+                from, *packed.transform, [&](const PackedBlock& b) { return (from.*values)(b); });
+        };
         part.density = gridOf<openvdb::FloatGrid>(
             from, *packed.transform, [&](const PackedBlock& b) { return from.density(b); });
-        if (from.has_direction)
-            part.direction = gridOf<openvdb::Vec3SGrid>(
-                from, *packed.transform, [&](const PackedBlock& b) { return from.direction(b); });
-        if (from.has_colour)
-            part.colour = gridOf<openvdb::Vec3SGrid>(
-                from, *packed.transform, [&](const PackedBlock& b) { return from.colour(b); });
+        if (from.has_direction) part.direction = vectors(&PackedPart::direction);
+        if (from.has_colour) part.colour = vectors(&PackedPart::colour);
+        if (from.has_scatter_ratio) part.scatter_ratio = vectors(&PackedPart::scatterRatio);
     }
     return volume;
 }

@@ -1,8 +1,8 @@
 // A volume's active voxels alone, packed: what compose() makes and what files are written from.
 //
-// An OpenVDB leaf keeps 512 values however few are active, 28 bytes a slot for density, direction
-// and colour. Composed fur fills a sixth of its leaves, so packed it takes a tenth of that memory,
-// and memory is what composing spends its time on.
+// An OpenVDB leaf keeps 512 values however few are active, 28 bytes for each density, direction and
+// colour. Composed fur fills a sixth of its leaves, so packed it takes a tenth of that memory, and
+// composing spends its time on memory.
 #pragma once
 
 #include <array>
@@ -17,7 +17,15 @@
 
 namespace volcomp {
 
-/// Memory for voxels, given out from large chunks and freed all at once.
+inline Half3 toHalves(const Vec3f& v)
+{
+    using openvdb::math::half;
+    return {half(v[0]), half(v[1]), half(v[2])};
+}
+inline Vec3f fromHalves(const Half3& h) { return {float(h[0]), float(h[1]), float(h[2])}; }
+
+/// Memory for voxels, given out from large chunks and freed all at once. It can be moved, but not
+/// copied; pointers into it stay good when it is moved. Not for several threads at once.
 class VoxelStore {
 public:
     /// Aligned to 8 bytes; not initialised.
@@ -34,18 +42,19 @@ private:
     std::size_t m_left = 0, m_bytes = 0;
 };
 
-/// 8^3 voxels of which some are active: an OpenVDB leaf.
+/// 8^3 voxels of which some are active: an OpenVDB leaf. A copy points to the same values.
 struct PackedBlock {
     openvdb::Coord origin;   ///< of its first voxel, multiples of 8
     std::uint32_t count = 0; ///< active voxels, 1 to 512
-    std::array<std::uint64_t, 8>
-        mask; ///< bit 8 y + z of word x: voxel (x, y, z) is active; the bits' order is the values'
-    std::byte* values = nullptr; ///< in the part's stores: densities, then directions, colours and
-                                 ///< `scatter_ratio` where the part has them
+    /// Bit 8 y + z of word x: voxel (x, y, z) is active. Values come in the order of the bits.
+    std::array<std::uint64_t, 8> mask;
+    /// Owned by the part's stores: densities, then directions, colours and scatter ratios, as far
+    /// as the part has them.
+    std::byte* values = nullptr;
 };
 
-/// Whether an OpenVDB tree keeps the leaf at `a` before that at `b`: by its nodes of 4096^3, 128^3
-/// and 8^3 voxels.
+/// True if an OpenVDB tree keeps the leaf at `a` before that at `b`. Its order is that of its nodes
+/// of 4096^3 voxels, then of 128^3, then of 8^3.
 bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b);
 
 /// The active voxels of one material, block by block.
@@ -53,10 +62,11 @@ struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
     bool has_direction = false, has_colour = false, has_scatter_ratio = false;
-    Vec3f uniform_colour{1.0f};      ///< of every voxel, where has_colour is false
+    Vec3f uniform_colour{1.0f};      ///< of every voxel, if has_colour is false
     std::vector<PackedBlock> blocks; ///< in the order of an OpenVDB tree
     std::vector<VoxelStore> stores;
 
+    /// Bytes that the values of a voxel take.
     static std::size_t voxelBytes(bool direction, bool colour, bool scatter_ratio = false)
     {
         return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0)
@@ -81,11 +91,12 @@ struct PackedPart {
             ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, has_colour))
             : nullptr;
     }
-    std::size_t voxels() const;
-    std::size_t bytes() const;
+    std::size_t voxels() const; ///< active
+    std::size_t bytes() const;  ///< of memory
 };
 
-/// What compose() makes and writeVolume() writes: a Volume without trees.
+/// What compose() makes and writeVolume() writes: a Volume without trees. It can be moved, but not
+/// copied.
 struct PackedVolume {
     openvdb::math::Transform::Ptr transform; ///< cubic voxels
     std::vector<PackedPart> parts;
@@ -93,14 +104,15 @@ struct PackedVolume {
     double voxelSize() const { return transform->voxelSize()[0]; } ///< edge, world units
 
     std::size_t voxels() const; ///< active, of all parts
-    std::size_t bytes() const;
+    std::size_t bytes() const;  ///< of memory
 };
 
 /// The active voxels of a volume. Active tiles become voxels; values of inactive voxels are
-/// dropped.
+/// dropped. Directions, colours and scatter ratios are rounded to half floats.
 PackedVolume pack(const Volume& volume);
 
-/// As grids. Takes the memory that OpenVDB's leaves take.
+/// The same voxels as grids, with the memory that OpenVDB's leaves take. The renderer needs no
+/// grids: it reads a packed volume through a PackedSource (block_source.h).
 Volume unpack(const PackedVolume& volume);
 
 } // namespace volcomp

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <optional>
 
@@ -9,14 +8,12 @@
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 #include <openvdb/tree/LeafManager.h>
-#include <sys/mman.h>
 #include <tbb/parallel_reduce.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/text.h"
 #include "volcomp/volume/vdb_io.h"
 #include "volcomp/volume/vdb_format.h"
-#include "volcomp/render/tree/voxel_tree.h"
 
 namespace volcomp {
 namespace {
@@ -25,6 +22,7 @@ namespace fs = std::filesystem;
 using openvdb::FloatGrid;
 using openvdb::Vec3SGrid;
 
+/// An open file.
 class Reader {
 public:
     Reader(const fs::path& file, bool delayed)
@@ -40,8 +38,9 @@ public:
             throw fileError(file, "", "a VDB file", "an empty file");
         guarded([&] {
             m_delayed = reachesItsEnd() && m_delayed;
-            m_file.setCopyMaxBytes(
-                0); // read from where it is; a file that is replaced meanwhile stays open
+            // The file is read from where it is, not copied first; if it is replaced meanwhile, the
+            // old one stays open.
+            m_file.setCopyMaxBytes(0);
             m_file.open(m_delayed);
         });
         for (auto name = m_file.beginName(); name != m_file.endName(); ++name)
@@ -82,7 +81,7 @@ public:
     bool delayed() const { return m_delayed; }
 
 private:
-    /// OpenVDB's exceptions don't name the file; ours do.
+    /// Calls f. OpenVDB's exceptions do not name the file; those that leave here do.
     template <class F>
     void guarded(F&& f)
     {
@@ -97,12 +96,13 @@ private:
         }
     }
 
-    /// False for a file too old to say, or of another format. Throws where it ends before its last
-    /// grid does: OpenVDB takes what is missing for zeros, or for counts of any size.
+    /// Throws if the file ends before its last grid does: OpenVDB takes what is missing for zeros,
+    /// or for counts of any size. Returns false for a file that does not say where its grids end,
+    /// as it is too old or of another format.
     bool reachesItsEnd() const
     {
-        constexpr int kHeader =
-            8 + 4 + 4 + 4 + 1 + 36; // magic, versions, offsets or not, identifier
+        // Magic number, three versions, whether there are offsets, and the file's identifier.
+        constexpr int kHeader = 8 + 4 + 4 + 4 + 1 + 36;
         std::ifstream stream(m_path, std::ios::binary);
         stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
         std::int64_t magic = 0;
@@ -123,7 +123,7 @@ private:
             grid.read(stream);
             if (grid.getEndPos() > size)
                 throw openvdb::IoError(
-                    fmt::format("grid '{}' goes on behind the end of the file", grid.gridName()));
+                    fmt::format("grid '{}' goes on beyond the end of the file", grid.gridName()));
             grid.seekToEnd(stream);
         }
         return true;
@@ -176,7 +176,7 @@ void checkDensity(const Reader& reader, const FloatGrid& grid)
             "a finite density >= 0", fmt::format("{}", value));
     };
     const openvdb::tree::LeafManager<const openvdb::FloatTree> leaves(grid.tree());
-    // The first bad voxel in the order of the tree, whatever the threads do.
+    // The first leaf with a bad voxel in the order of the tree, for any number of threads.
     const std::size_t first = tbb::parallel_reduce(
         leaves.leafRange(), leaves.leafCount(),
         [&](const auto& range, std::size_t found) {
@@ -195,8 +195,8 @@ void checkDensity(const Reader& reader, const FloatGrid& grid)
         if (bad(*tile)) fail(tile.getCoord(), *tile);
 }
 
-/// Brings a vector grid into range: no NaN, no infinity, and unit directions where a foreign file
-/// has other lengths.
+/// Sets vectors that are not finite to 0. With `normalise`, which is for foreign files, it gives
+/// the others unit length.
 void clean(Vec3SGrid& grid, bool normalise)
 {
     const auto fixed = [normalise](openvdb::Vec3s v) {
@@ -233,7 +233,8 @@ Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatG
     return grid;
 }
 
-/// A grid of one value. With `delayed` its background says it, and there are no leaves.
+/// A grid of one value in the density's voxels. With `delayed` the value is the background of a
+/// grid without leaves.
 Vec3SGrid::Ptr sharedVector(const FloatGrid& density, const openvdb::Vec3s& value, bool delayed)
 {
     auto grid = Vec3SGrid::create(delayed ? value : openvdb::Vec3s(0));
@@ -266,6 +267,10 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
         part.direction = readVectors(reader, name, *part.density, !ours);
     else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection))
         part.direction = sharedVector(*part.density, *shared, reader.delayed());
+    if (ours && (reader.has("shown" + suffix) || metadata<openvdb::Vec3s>(*part.density, kShown)))
+        throw fileError(reader.path(), "grid 'shown" + suffix + "'",
+                        "grid 'scatter_ratio" + suffix + "'", "what volcomp 0.1.0 had in its place",
+                        "Write the levels of the volume anew (volcomp-render --write-levels).");
     if (const std::string name = "scatter_ratio" + suffix; ours && reader.has(name))
         part.scatter_ratio = readVectors(reader, name, *part.density, false);
     else if (const auto scatter_ratio = metadata<openvdb::Vec3s>(*part.density, kScatterRatio))
@@ -276,24 +281,6 @@ VolumePart readPart(Reader& reader, const std::string& suffix)
     if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour))
         part.uniform_colour = *colour;
     return part;
-}
-
-/// Takes what was read of the mapped file out of the process's memory; the system keeps it as long
-/// as it has room.
-void forgetMappedPages(const fs::path& file)
-{
-    std::error_code code;
-    const std::string name = fs::canonical(file, code).string();
-    std::ifstream maps("/proc/self/maps");
-    for (std::string line; std::getline(maps, line);) {
-        unsigned long from = 0, to = 0;
-        if (code || line.size() < name.size()
-            || line.compare(line.size() - name.size(), name.size(), name) != 0)
-            continue;
-        if (std::sscanf(line.c_str(), "%lx-%lx r--s", &from, &to) == 2)
-            madvise(reinterpret_cast<void*>(from), to - from,
-                    MADV_DONTNEED); // NOLINT(performance-no-int-to-ptr): an address as text
-    }
 }
 
 } // namespace
@@ -319,25 +306,6 @@ Volume readVolume(const fs::path& file, bool delayed)
             throw fileError(file, "grid '" + part.density->getName() + "'",
                             "the transform of the other density grids", "another one");
     return volume;
-}
-
-VoxelTree readVoxelTree(const fs::path& file, const Progress& progress)
-{
-    Volume volume = readVolume(file, true);
-    try {
-        double forgotten = 0;
-        return VoxelTree(std::move(volume), [&](double done) {
-            if (done - forgotten > 0.01) {
-                forgotten = done;
-                forgetMappedPages(file);
-            }
-            report(progress, done);
-        });
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& e) {
-        throw Error(file.string() + ": " + e.what());
-    }
 }
 
 openvdb::MetaMap readVolumeMetadata(const fs::path& file) { return Reader(file, true).metadata(); }

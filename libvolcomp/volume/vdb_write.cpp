@@ -26,9 +26,9 @@ using openvdb::math::half;
 constexpr float kLargestHalf = 65504.0f;
 constexpr float kSmallestNormalHalf = 6.104e-5f;
 
-/// A grid that OpenVDB writes without that its leaves' values ever stand in memory: its tree is
-/// made for the topology and has no buffers, and the buffers are written from packed values, many
-/// leaves at a time. `Packed` is the value as the part keeps it.
+/// Writes a grid without expanding its leaves in memory: its tree is made for the topology and has
+/// no values, and the values are written from packed ones, many leaves at a time. `Packed` is the
+/// value as the part keeps it.
 template <class Grid, class Packed>
 class PackedGrid : public Grid {
 public:
@@ -36,7 +36,7 @@ public:
 
     PackedGrid(const PackedPart& part, Values values) : m_part(part), m_values(values) { }
 
-    // For the statistics among the metadata.
+    // The statistics that OpenVDB writes among the metadata.
     openvdb::Index64 activeVoxelCount() const override { return m_part.voxels(); }
     openvdb::Index64 memUsage() const override
     {
@@ -67,20 +67,21 @@ public:
         typename Grid::TreeType tree{this->background()};
         openvdb::tree::ValueAccessor<typename Grid::TreeType> accessor(tree);
         for (const PackedBlock& b : m_part.blocks) {
-            auto* leaf = new Leaf(openvdb::PartialCreate(), b.origin, this->background());
+            auto leaf =
+                std::make_unique<Leaf>(openvdb::PartialCreate(), b.origin, this->background());
             typename Leaf::NodeMaskType mask;
             for (openvdb::Index x = 0; x < 8; ++x)
                 mask.template getWord<std::uint64_t>(x) = b.mask[x];
             leaf->setValueMask(mask);
-            accessor.addLeaf(leaf);
+            accessor.addLeaf(leaf.release());
         }
         tree.writeTopology(out, this->saveFloatAsHalf());
     }
 
-    /// As LeafNode::writeBuffers() does for one leaf after another.
+    /// Writes the bytes that LeafNode::writeBuffers() would write, one leaf after another.
     void writeBuffers(std::ostream& out) const override
     {
-        constexpr std::size_t kLeaves = 512; // of a task
+        constexpr std::size_t kLeaves = 512; // in a task
         const std::uint32_t compression = openvdb::io::getDataCompression(out);
         std::size_t next = 0;
         const auto tokens = 4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
@@ -133,7 +134,7 @@ private:
 using PackedFloats = PackedGrid<FloatGrid, float>;
 using PackedVectors = PackedGrid<Vec3SGrid, Half3>;
 
-/// The value that all voxels share, if they do.
+/// The value that all voxels have, if it is the same.
 std::optional<Vec3f> sharedValue(const PackedPart& part, PackedVectors::Values values)
 {
     if (part.blocks.empty()) return std::nullopt;
@@ -150,7 +151,7 @@ std::optional<Vec3f> sharedValue(const PackedPart& part, PackedVectors::Values v
     return Vec3f(first[0], first[1], first[2]);
 }
 
-/// True where half floats hold every density to 2^-11 of it.
+/// True if half floats hold every density to 2^-11 of it.
 bool fitsHalf(const PackedPart& part)
 {
     return std::all_of(part.blocks.begin(), part.blocks.end(), [&](const PackedBlock& b) {
@@ -160,7 +161,7 @@ bool fitsHalf(const PackedPart& part)
     });
 }
 
-/// The parts' densities added, nothing else.
+/// A part whose density is the sum of the parts' densities.
 PackedPart sumOf(const std::vector<PackedPart>& parts)
 {
     PackedPart sum;
@@ -212,7 +213,7 @@ void prepare(openvdb::GridBase& grid, const PackedVolume& volume, const std::str
     grid.setSaveFloatAsHalf(as_half);
 }
 
-/// A vector grid, or metadata of the density where one value holds everywhere.
+/// Adds a vector grid, or metadata of the density if one value holds everywhere.
 void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolume& volume,
                 const PackedPart& part, PackedVectors::Values values, const std::string& name,
                 const char* shared_key, openvdb::VecType type)
@@ -227,7 +228,8 @@ void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolu
     grids.push_back(grid);
 }
 
-/// `sum` is looked at while the grids are written, and so is the volume.
+/// The grids of a volume's file. They refer to the volume and to `sum`, which becomes the sum of
+/// the parts, until they are written.
 openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNames names)
 {
     openvdb::GridPtrVec grids;
@@ -263,8 +265,8 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNam
     return grids;
 }
 
-/// As openvdb::io::File writes, but for the sizes of all leaves ahead of the leaves
-/// ("file_delayed_load"): OpenVDB compresses each leaf twice for them, and needs the leaves in
+/// Writes what openvdb::io::File writes, but not the metadata "file_delayed_load", the sizes of all
+/// leaves ahead of the leaves: for them OpenVDB compresses each leaf twice, and needs the leaves in
 /// memory. Readers do without.
 class Writer : public openvdb::io::Archive {
 public:
@@ -288,7 +290,7 @@ private:
         openvdb::io::GridDescriptor descriptor(grid.getName(), grid.type(), grid.saveFloatAsHalf());
         descriptor.writeHeader(m_out);
         const auto positions = m_out.tellp();
-        descriptor.writeStreamPos(m_out); // not known yet
+        descriptor.writeStreamPos(m_out); // not known yet: written again below
         descriptor.setGridPos(m_out.tellp());
         setGridCompression(m_out, grid);
         grid.addStatsMetadata();

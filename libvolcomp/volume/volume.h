@@ -16,27 +16,31 @@
 
 namespace volcomp {
 
-/// The grids of one material.
+/// The grids of one material. A copy shares them.
 struct VolumePart {
-    std::string material; ///< name of the material; empty where a foreign file says none
+    std::string material; ///< name of the material; empty if a foreign file names none
     MaterialKind kind = MaterialKind::fibre;
     openvdb::FloatGrid::Ptr density; ///< 1 / world length, finite, >= 0; never null
 
     /// Tangent (fibre) or normal (surface), world space (box space in a box), sign free. Its length
-    /// is 1 - s, where s = sqrt((l2 + l3) / (2 l1)) is the spread of the directions that were
-    /// summed in the voxel, l1 >= l2 >= l3 the eigenvalues of the density-weighted sum of t tᵀ
-    /// (MODEL section 8): 1 where all agree, 0 where there is no direction. Null: no direction.
+    /// is 1 - s. Here s = sqrt((l2 + l3) / (2 l1)) is the spread of the directions that were summed
+    /// in the voxel, with the eigenvalues l1 >= l2 >= l3 of the density-weighted sum of t tᵀ (MODEL
+    /// section 8). So the length is 1 if all agree, and 0 if there is no direction. Null: no voxel
+    /// has a direction.
     openvdb::Vec3SGrid::Ptr direction;
 
-    openvdb::Vec3SGrid::Ptr
-        colour; ///< diffuse colour c_b, linear RGB; null: uniform_colour everywhere
+    /// Diffuse colour c_b, linear RGB. Null: uniform_colour everywhere.
+    openvdb::Vec3SGrid::Ptr colour;
     Vec3f uniform_colour{1.0f};
 
-    openvdb::Vec3SGrid::Ptr scatter_ratio; ///< of a coarser level: VoxelTree::ScatterRatio of the
-                                           ///< whole voxel; null: 1 everywhere
+    /// The light that a voxel of a coarser level scatters once, over that of a homogeneous voxel of
+    /// the same density, if the light comes from the side of the eye, from across, and from behind.
+    /// Null: 1 everywhere.
+    openvdb::Vec3SGrid::Ptr scatter_ratio;
 };
 
-/// A box or a composed volume: one part for each material, all with the same transform.
+/// A box or a composed volume: one part for each material, all with the same transform. A copy
+/// shares the grids: a change of a voxel shows in both.
 struct Volume {
     std::vector<VolumePart> parts;
 

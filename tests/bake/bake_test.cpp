@@ -138,8 +138,8 @@ TEST(BakeAccuracy, TransmittanceOfTheBoxIsThatOfTheExactStrands)
                                         {"tree", plant, leaf_spacing, 0.015}};
     const std::vector<std::pair<const char*, Vec3d>> views{
         {"side", {1, 0, 0.05}}, {"oblique", {1, 1, 0.4}}, {"along", {0.02, -1, 0.01}}};
-    std::cout
-        << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
+    std::cout << "| subject | voxel / spacing | view | exact T | fibre: mean error | in blocks | "
+                 "isotropic: mean error | in blocks |\n|---|---|---|---|---|---|---|---|\n";
     for (Subject subject : subjects) {
         std::vector<Segment> all;
         for (const SkeletonPart& part : grow(subject.grown, 0))

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "volcomp/compose/compose.h"
-#include "volcomp/base/error.h"
 
 namespace volcomp {
 namespace {
@@ -26,6 +25,14 @@ Surface slab(double edge, const Vec3d& normal)
     return Surface(std::move(m), MapProjection{});
 }
 
+/// A scene of one surface with a skin.
+PlacedScene skinAlone(Surface surface, const SkinSpec& spec)
+{
+    PlacedScene scene;
+    scene.surfaces.push_back({"surface", std::move(surface), spec, SecondDensity(spec.maps, true)});
+    return scene;
+}
+
 TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
 {
     SkinSpec spec;
@@ -34,12 +41,10 @@ TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
     spec.colour = Vec3d(0.2, 0.1, 0.05);
     for (const Vec3d normal : {Vec3d(0, 1, 0), Vec3d(1, 2, 3), Vec3d(1, 1, 0)})
         for (const double h : {0.02, 0.05}) {
-            const Surface s = slab(1, normal);
-            ComposeExtras extras;
-            extras.skins.emplace_back(s, spec);
             ComposeParams params;
             params.voxel = h;
-            const Volume v = unpack(compose({}, {}, extras, params));
+            const PlacedScene scene = skinAlone(slab(1, normal), spec);
+            const Volume v = unpack(compose({}, scene, params));
             ASSERT_EQ(v.parts.size(), 1u);
             EXPECT_EQ(v.parts[0].kind, MaterialKind::surface);
             double mass = 0;
@@ -48,7 +53,8 @@ TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
                 const Vec3d n(v.parts[0].direction->tree().getValue(it.getCoord()));
                 EXPECT_GT(std::abs(n.dot(normal.unit())), 0.99);
             }
-            EXPECT_NEAR(mass * h * h * h / s.area(), -std::log(1e-3), 1e-3 * -std::log(1e-3));
+            EXPECT_NEAR(mass * h * h * h / scene.surfaces[0].surface.area(), -std::log(1e-3),
+                        1e-3 * -std::log(1e-3));
             EXPECT_EQ(v.parts[0].colour, nullptr);
             EXPECT_NEAR(v.parts[0].uniform_colour[1], 0.1, 1e-6);
             // A shell as thick as a voxel is coarse for a single ray (2/3 to 4/3 along (1,1,0)),
@@ -72,12 +78,9 @@ TEST(Skin, liesUnderTheSurfaceWhereAsked)
     SkinSpec spec;
     spec.material = "leather";
     spec.depth = 3;
-    const Surface s = slab(1, {0, 1, 0});
-    ComposeExtras extras;
-    extras.skins.emplace_back(s, spec);
     ComposeParams params;
     params.voxel = 0.05;
-    const Volume v = unpack(compose({}, {}, extras, params));
+    const Volume v = unpack(compose({}, skinAlone(slab(1, {0, 1, 0}), spec), params));
     double mean = 0, sum = 0;
     for (auto it = v.parts[0].density->cbeginValueOn(); it; ++it) {
         mean += *it * it.getCoord()[1];
@@ -99,10 +102,8 @@ TEST(Skin, ofPartsThatIntersectTheDensitiesAdd)
     spec.transmittance = 1e-3;
     ComposeParams params;
     params.voxel = 0.02;
-    const auto skinOf = [&](const Surface& s) {
-        ComposeExtras extras;
-        extras.skins.emplace_back(s, spec);
-        return unpack(compose({}, {}, extras, params)).parts.at(0);
+    const auto skinOf = [&](Surface s) {
+        return unpack(compose({}, skinAlone(std::move(s), spec), params)).parts.at(0);
     };
     const VolumePart both = skinOf(Surface(crossed, MapProjection{})),
                      a = skinOf(slab(0.5, {1, 0, 0})), b = skinOf(slab(0.5, {0, 0.1, 1}));
@@ -115,17 +116,6 @@ TEST(Skin, ofPartsThatIntersectTheDensitiesAdd)
     }
     EXPECT_GT(line, 50); // where they cross
     EXPECT_GE(both.density->activeVoxelCount(), a.density->activeVoxelCount());
-}
-
-TEST(Skin, aMapNeedsTextureCoordinates)
-{
-    SkinSpec spec;
-    spec.material = "leather";
-    MapFactor image;
-    image.image = "/nonexistent.png";
-    spec.maps = {image};
-    const Surface s = slab(1, {0, 1, 0});
-    EXPECT_THROW(Skin(s, spec), Error);
 }
 
 } // namespace

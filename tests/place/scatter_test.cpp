@@ -13,8 +13,8 @@
 namespace volcomp {
 namespace {
 
-/// A square of edge 2 around the origin in y = 0, normals +Y, its texture coordinates drawn out: u
-/// = x'^2 with x' from 0 to 1.
+/// A square of edge 2 around the origin in y = 0 with normals +Y. u and v grow from 0 to 1 along +X
+/// and -Z; if `distorted`, u is the square of that.
 Mesh square(int n, bool distorted)
 {
     Mesh m;
@@ -69,8 +69,9 @@ MapProjection by(ProjectionKind kind)
 /// A map of 4 x 4 values between 0.1 and 1, each constant over most of its cell.
 std::vector<MapFactor> checker(double values[4][4])
 {
-    const std::filesystem::path file =
-        std::filesystem::path(::testing::TempDir()) / "volcomp_scatter_map.pgm";
+    const std::filesystem::path file = std::filesystem::path(::testing::TempDir())
+        / (std::string("volcomp_scatter_test_")
+           + ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".pgm");
     std::ofstream stream(file);
     stream << "P2\n128 128\n65535\n";
     for (int y = 0; y < 128; ++y)
@@ -93,15 +94,21 @@ Layer layer(double density)
     return l;
 }
 
-/// Pearson's statistic of counts per map cell against density * area * value, over the cells' 16
-/// degrees of freedom. Stratified samples stay below the 16 +- 5.7 of independent ones.
+std::vector<Placement> placementsOf(const Surface& s, const Layer& l, const LayerBoxes& boxes = {},
+                                    int index = 0)
+{
+    return scatter(s, l, boxes, index).placements;
+}
+
+/// Pearson's statistic of the counts in the map's 16 cells against density * area * value. For
+/// independent samples it would be 16 +- 5.7; stratified ones stay below that.
 template <class AreaOf>
-double chiSquare(const std::vector<Placement>& placements, const double values[4][4],
-                 double density, const AreaOf& area)
+double chiSquare(const PlacementList& list, const double values[4][4], double density,
+                 const AreaOf& area)
 {
     double count[4][4] = {};
-    for (const Placement& p : placements)
-        ++count[std::min(3, int(p.uv[1] * 4))][std::min(3, int(p.uv[0] * 4))];
+    for (const Vec2f& uv : list.uvs)
+        ++count[std::min(3, int(uv[1] * 4))][std::min(3, int(uv[0] * 4))];
     double sum = 0;
     for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {
@@ -119,14 +126,13 @@ TEST(Scatter, countsFollowTheMapOnAPlane)
     Layer l = layer(10000);
     l.where = checker(values);
     const Surface s(square(8, false), by(ProjectionKind::plane));
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 4.0 / 16; }),
+    EXPECT_LT(chiSquare(scatter(s, l), values, l.density, [](int, int) { return 4.0 / 16; }),
               kLimit);
     l.sampling = Sampling::uv;
     l.cells_u = l.cells_v = 64;
     l.density = 9.5;
-    EXPECT_LT(
-        chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 4096 / 16.0; }),
-        kLimit);
+    EXPECT_LT(chiSquare(scatter(s, l), values, l.density, [](int, int) { return 4096 / 16.0; }),
+              kLimit);
 }
 
 TEST(Scatter, countsFollowTheMapOnASphereWithItsPoles)
@@ -135,19 +141,18 @@ TEST(Scatter, countsFollowTheMapOnASphereWithItsPoles)
     Layer l = layer(8000);
     l.where = checker(values);
     const Surface s(sphere(128), by(ProjectionKind::sphere));
-    const auto area = [](int, int j) { // of a quarter of the longitudes between two latitudes
+    const auto area = [](int, int j) { // a quarter of the longitudes between two latitudes
         const double low = (j / 4.0 - 0.5) * kPi, high = ((j + 1) / 4.0 - 0.5) * kPi;
         return (std::sin(high) - std::sin(low)) * kPi / 2;
     };
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, area), kLimit);
-    // Even in the map means crowded at the poles: every cell gets the same number.
+    EXPECT_LT(chiSquare(scatter(s, l), values, l.density, area), kLimit);
+    // Samples that are even in the map crowd at the poles: every cell gets the same number.
     l.sampling = Sampling::uv;
     l.cells_u = 128;
     l.cells_v = 64;
     l.density = 4;
-    EXPECT_LT(
-        chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 8192 / 16.0; }),
-        kLimit);
+    EXPECT_LT(chiSquare(scatter(s, l), values, l.density, [](int, int) { return 8192 / 16.0; }),
+              kLimit);
 }
 
 TEST(Scatter, countsFollowTheMapOnDistortedTextureCoordinates)
@@ -160,28 +165,27 @@ TEST(Scatter, countsFollowTheMapOnDistortedTextureCoordinates)
     const auto area = [](int i, int) {
         return (std::sqrt((i + 1) / 4.0) - std::sqrt(i / 4.0)) * 4 / 4;
     };
-    EXPECT_LT(chiSquare(scatter(s, l, {}, 0), values, l.density, area), kLimit);
+    EXPECT_LT(chiSquare(scatter(s, l), values, l.density, area), kLimit);
     l.sampling = Sampling::uv;
     l.cells_u = l.cells_v = 100;
     l.density = 3;
-    EXPECT_LT(
-        chiSquare(scatter(s, l, {}, 0), values, l.density, [](int, int) { return 10000 / 16.0; }),
-        kLimit);
+    EXPECT_LT(chiSquare(scatter(s, l), values, l.density, [](int, int) { return 10000 / 16.0; }),
+              kLimit);
 }
 
 TEST(Scatter, stratificationBeatsPlainRandom)
 {
-    // Boxes in each of 400 equal cells: their variance is the mean for plain random places.
+    // The variance of the counts in 400 equal cells; for independent places it would be the mean.
     const Surface s(square(8, false), by(ProjectionKind::plane));
     for (const Sampling sampling : {Sampling::area, Sampling::uv}) {
         Layer l = layer(10000);
         l.sampling = sampling;
         if (sampling == Sampling::uv) l.cells_u = l.cells_v = 200, l.density = 1;
         std::map<std::pair<int, int>, int> count;
-        const auto placements = scatter(s, l, {}, 0);
-        EXPECT_EQ(placements.size(), 40000u);
-        for (const Placement& p : placements)
-            ++count[{std::min(19, int(p.uv[0] * 20)), std::min(19, int(p.uv[1] * 20))}];
+        const std::vector<Vec2f> uvs = scatter(s, l).uvs;
+        EXPECT_EQ(uvs.size(), 40000u);
+        for (const Vec2f& uv : uvs)
+            ++count[{std::min(19, int(uv[0] * 20)), std::min(19, int(uv[1] * 20))}];
         double variance = 0;
         for (int i = 0; i < 20; ++i)
             for (int j = 0; j < 20; ++j)
@@ -195,9 +199,9 @@ TEST(Scatter, anotherMapOrLayerLeavesTheOthersWhereTheyAre)
     double values[4][4];
     const Surface s(square(8, false), by(ProjectionKind::plane));
     Layer l = layer(500);
-    const auto all = scatter(s, l, {0, 4}, 0);
+    const auto all = placementsOf(s, l, {0, 4});
     l.where = checker(values);
-    const auto some = scatter(s, l, {0, 4}, 0);
+    const auto some = placementsOf(s, l, {0, 4});
     ASSERT_LT(some.size(), all.size());
     std::size_t k = 0;
     for (const Placement& p : some) { // a subsequence, unchanged
@@ -207,10 +211,10 @@ TEST(Scatter, anotherMapOrLayerLeavesTheOthersWhereTheyAre)
         EXPECT_EQ(all[k].scale, p.scale);
         EXPECT_EQ(all[k].box, p.box);
     }
-    // Another place among the layers changes nothing, another name or seed everything.
-    EXPECT_EQ(scatter(s, l, {0, 4}, 3)[5].position, some[5].position);
+    // Another place among the layers changes nothing; another name or seed changes everything.
+    EXPECT_EQ(placementsOf(s, l, {0, 4}, 3)[5].position, some[5].position);
     l.name = "whiskers";
-    EXPECT_NE(scatter(s, l, {0, 4}, 0)[5].position, some[5].position);
+    EXPECT_NE(placementsOf(s, l, {0, 4})[5].position, some[5].position);
 }
 
 TEST(Scatter, threadsDoNotMatter)
@@ -220,11 +224,11 @@ TEST(Scatter, threadsDoNotMatter)
     std::vector<Placement> one, many;
     {
         const ThreadLimit limit(1);
-        one = scatter(s, l, {0, 3}, 0);
+        one = placementsOf(s, l, {0, 3});
     }
     {
         const ThreadLimit limit(4);
-        many = scatter(s, l, {0, 3}, 0);
+        many = placementsOf(s, l, {0, 3});
     }
     ASSERT_EQ(one.size(), many.size());
     for (std::size_t i = 0; i < one.size(); ++i)
@@ -239,7 +243,7 @@ TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
     l.comb = Vec3d(0, -1, 0);
     l.comb_angle = 30 * kDegree;
     l.turn = {0, 0};
-    for (const Placement& p : scatter(s, l, {}, 0)) {
+    for (const Placement& p : placementsOf(s, l)) {
         EXPECT_LT((p.x_axis.cross(p.y_axis) - p.z_axis).length(), 1e-5f);
         const Vec3d n = p.position.unit();
         if (std::abs(n[1]) > 0.95) continue; // at a pole there is no way down
@@ -251,7 +255,7 @@ TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
     l.combed = false;
     l.tilt = {10 * kDegree, 20 * kDegree};
     double sideways = 0;
-    const auto tilted = scatter(s, l, {}, 0);
+    const auto tilted = placementsOf(s, l);
     for (const Placement& p : tilted) {
         const double angle = std::acos(std::min(1.0, Vec3d(p.y_axis).dot(p.position.unit())));
         EXPECT_TRUE(angle > 9 * kDegree && angle < 21 * kDegree) << angle / kDegree;
@@ -261,14 +265,88 @@ TEST(Scatter, framesAreRightHandedAndLeanAsAsked)
     EXPECT_LT(std::abs(sideways) / double(tilted.size()), 0.05);
 }
 
+/// An image of 16 bits whose left half holds the direction `a` and whose right half holds `b`.
+std::filesystem::path combImage(const Vec3d& a, const Vec3d& b)
+{
+    const std::filesystem::path file =
+        std::filesystem::path(::testing::TempDir()) / "volcomp_scatter_test_comb.ppm";
+    std::ofstream stream(file);
+    stream << "P3\n64 1\n65535\n";
+    for (int x = 0; x < 64; ++x)
+        for (int i = 0; i < 3; ++i)
+            stream << std::lround(((x < 32 ? a : b)[i] + 1) / 2 * 65535) << '\n';
+    return file;
+}
+
+// On the square u runs along +X and v along -Z, so a painted (x, y) is the direction (x, 0, -y).
+TEST(Scatter, boxesLeanAlongThePaintedDirection)
+{
+    const Vec3d left(0.6, 0.8, 0), right(-0.5, 0.25, 0.7);
+    Layer l = layer(500);
+    l.combed = true;
+    l.comb_map = combImage(left, right);
+    l.comb_angle = 40 * kDegree;
+    l.turn = {0, 0};
+    MapProjection plane = by(ProjectionKind::plane);
+    plane.up = Vec3d(0, 0, -1);
+    for (const MapProjection& projection : {by(ProjectionKind::uv), plane})
+        for (const CombSpace space : {CombSpace::tangent, CombSpace::world}) {
+            const Surface s(square(8, false), projection);
+            l.comb_space = space;
+            const PlacementList list = scatter(s, l);
+            ASSERT_EQ(list.size(), 2000u);
+            for (std::size_t i = 0; i < list.size(); ++i) {
+                const double u = list.uvs[i][0];
+                if (std::abs(u - 0.5) < 0.02 || u < 0.02 || u > 0.98) continue; // mixed directions
+                const Vec3d c = u < 0.5 ? left : right;
+                const Vec3d along =
+                    space == CombSpace::tangent ? Vec3d(c[0], 0, -c[1]) : Vec3d(c[0], 0, c[2]);
+                const Vec3d wanted =
+                    Vec3d(0, 1, 0) * std::cos(l.comb_angle) + along.unit() * std::sin(l.comb_angle);
+                const Placement& p = list.placements[i];
+                ASSERT_LT((Vec3d(p.y_axis) - wanted).length(), 1e-4) << u;
+                ASSERT_GT(Vec3d(p.x_axis).dot(along), 0);
+            }
+        }
+}
+
+TEST(Scatter, manyBoxesKeepTheOrderOfTheirSamples)
+{
+    // Two layers, of more boxes than fit into one slab of the collector.
+    const Surface s(square(8, false), by(ProjectionKind::plane));
+    Layer l = layer(150000);
+    PlacementCollector collector;
+    scatter(s, l, {}, 0, {true, false}, collector);
+    EXPECT_EQ(collector.size(), 600000u);
+    l.density = 1000;
+    l.name = "other";
+    scatter(s, l, {}, 1, {true, false}, collector);
+    const PlacementList list = collector.take();
+    ASSERT_EQ(list.size(), 604000u);
+    EXPECT_EQ(list.triangles.size(), 604000u);
+    EXPECT_TRUE(list.uvs.empty());
+    EXPECT_EQ(list.placements[599999].layer, 0);
+    EXPECT_EQ(list.placements[600000].layer, 1);
+    const PlacementList alone = scatter(s, l, {}, 1);
+    for (std::size_t i = 0; i < 4000; ++i) {
+        ASSERT_EQ(list.placements[600000 + i].position, alone.placements[i].position);
+        ASSERT_EQ(list.triangles[600000 + i], alone.triangles[i]);
+    }
+    l.name = "fur";
+    l.density = 150000;
+    const PlacementList first = scatter(s, l);
+    for (const std::size_t i : {0, 4095, 4096, 524287, 524288, 599999})
+        EXPECT_EQ(list.placements[i].position, first.placements[i].position);
+}
+
 TEST(Scatter, uprightTurnsTheAxisFromTheNormalToTheSky)
 {
     const Surface s(sphere(32), by(ProjectionKind::sphere));
     Layer l = layer(200);
-    const auto plain = scatter(s, l, {}, 0);
+    const auto plain = placementsOf(s, l);
     for (const double upright : {0.5, 1.0}) {
         l.upright = upright;
-        const auto raised = scatter(s, l, {}, 0);
+        const auto raised = placementsOf(s, l);
         ASSERT_EQ(raised.size(), plain.size());
         for (std::size_t i = 0; i < raised.size(); ++i) {
             EXPECT_EQ(raised[i].position, plain[i].position);
@@ -284,7 +362,7 @@ TEST(Scatter, uprightTurnsTheAxisFromTheNormalToTheSky)
     EXPECT_THROW(l.validate(), Error);
 }
 
-// Two spheres through each other: what meshes of several parts bring.
+// Two spheres that run through each other, as parts of meshes do.
 TEST(Scatter, partsThatIntersectHaveBoxesOnBothOrOnTheOuterAlone)
 {
     Mesh both = sphere(24);
@@ -302,7 +380,7 @@ TEST(Scatter, partsThatIntersectHaveBoxesOnBothOrOnTheOuterAlone)
     const auto inner = [&](const Vec3d& p) {
         return std::min(p.length(), (p - shift).length()) < 0.98;
     };
-    const auto all = scatter(s, l, {}, 0);
+    const auto all = placementsOf(s, l);
     EXPECT_NEAR(double(all.size()), 400 * s.area(), 0.02 * 400 * s.area()); // the hidden parts too
     EXPECT_GT(std::count_if(all.begin(), all.end(),
                             [&](const Placement& p) { return inner(p.position); }),
@@ -312,7 +390,7 @@ TEST(Scatter, partsThatIntersectHaveBoxesOnBothOrOnTheOuterAlone)
                              std::abs((p.position - shift).length() - 1)),
                     0, 0.02);
     l.sheets = Sheets::first;
-    const auto outer = scatter(s, l, {}, 0);
+    const auto outer = placementsOf(s, l);
     EXPECT_GT(outer.size(), 1000u);
     for (const Placement& p : outer) EXPECT_FALSE(inner(p.position)) << p.position;
 }
@@ -331,10 +409,10 @@ TEST(Scatter, onlyTheFirstSheetWhereTheLayerSaysSo)
         l.sampling = sampling;
         l.cells_u = l.cells_v = 40;
         std::size_t inside = 0;
-        for (const Placement& p : scatter(s, l, {}, 0)) inside += p.position.length() < 0.75;
+        for (const Placement& p : placementsOf(s, l)) inside += p.position.length() < 0.75;
         EXPECT_GT(inside, 300u);
         l.sheets = Sheets::first;
-        const auto first = scatter(s, l, {}, 0);
+        const auto first = placementsOf(s, l);
         EXPECT_GT(first.size(), 1000u);
         for (const Placement& p : first) EXPECT_GT(p.position.length(), 0.9);
     }
@@ -352,7 +430,7 @@ TEST(Scatter, sizesColoursAndOffsetsFollowTheirMaps)
     l.scale = {0.8, 1.2};
     l.offset = -0.25;
     double mean = 0;
-    const auto placements = scatter(s, l, {7, 3}, 2);
+    const auto placements = placementsOf(s, l, {7, 3}, 2);
     for (const Placement& p : placements) {
         EXPECT_TRUE(p.scale >= 0.4f && p.scale <= 0.6f);
         EXPECT_EQ(p.tint, Vec3f(1, 0, 0));
@@ -362,7 +440,7 @@ TEST(Scatter, sizesColoursAndOffsetsFollowTheirMaps)
     }
     EXPECT_NEAR(mean, 0.5, 0.01);
     l.size[0].constant = Vec3d(0.0);
-    EXPECT_TRUE(scatter(s, l, {}, 0).empty());
+    EXPECT_TRUE(scatter(s, l).empty());
 }
 
 TEST(Scatter, wrongInputIsRefused)
@@ -370,16 +448,16 @@ TEST(Scatter, wrongInputIsRefused)
     Mesh bare = square(4, false);
     bare.uv.clear();
     const Surface s(std::move(bare), by(ProjectionKind::uv));
-    EXPECT_EQ(scatter(s, layer(100), {}, 0).size(),
+    EXPECT_EQ(scatter(s, layer(100)).size(),
               400u); // without a map nothing needs texture coordinates
     double values[4][4];
     Layer l = layer(100);
     l.where = checker(values);
-    EXPECT_THROW(scatter(s, l, {}, 0), Error);
-    EXPECT_THROW(scatter(s, layer(1e12), {}, 0), Error);
-    EXPECT_THROW(scatter(s, layer(NAN), {}, 0), Error);
-    EXPECT_THROW(scatter(s, layer(-1), {}, 0), Error);
-    EXPECT_TRUE(scatter(s, layer(0), {}, 0).empty());
+    EXPECT_THROW(scatter(s, l), Error);
+    EXPECT_THROW(scatter(s, layer(1e12)), Error);
+    EXPECT_THROW(scatter(s, layer(NAN)), Error);
+    EXPECT_THROW(scatter(s, layer(-1)), Error);
+    EXPECT_TRUE(scatter(s, layer(0)).empty());
 }
 
 } // namespace

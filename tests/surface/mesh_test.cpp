@@ -49,8 +49,8 @@ TEST_F(MeshFile, aCubeOfQuadsBecomesTwelveTriangles)
     EXPECT_EQ(m.report.turned, 0u);
     EXPECT_TRUE(m.report.normals_computed);
     EXPECT_FALSE(m.report.has_uv);
-    for (std::size_t p = 0; p < 8; ++p) // weighted by angle, a cube's corner looks along its
-                                        // diagonal however its faces are cut
+    // Weights by angle make a corner's normal point along the diagonal, however the faces are cut.
+    for (std::size_t p = 0; p < 8; ++p)
         EXPECT_NEAR(Vec3d(m.normals[p]).dot((m.points[p] - Vec3d(0.5)).unit()), 1, 1e-6);
 }
 
@@ -69,7 +69,7 @@ TEST_F(MeshFile, insideOutAndMixedFacesAreTurnedOutward)
 
 TEST_F(MeshFile, nonManifoldFacesAreKeptAndCounted)
 {
-    // Three triangles at one edge: a half-edge structure would drop one.
+    // A half-edge structure would drop one of three triangles at one edge.
     const Mesh m = read(
         "fin.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv -1 1 0\nv -1 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
     EXPECT_EQ(m.triangles.size(), 3u);

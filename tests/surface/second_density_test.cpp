@@ -13,7 +13,7 @@
 namespace volcomp {
 namespace {
 
-/// A PGM/PPM/PFM is text enough to write by hand; OpenImageIO reads them.
+/// Writes a small PGM, PPM or PFM; OpenImageIO reads all three.
 std::filesystem::path write(const std::string& name, const std::string& bytes)
 {
     const std::filesystem::path file =
@@ -26,7 +26,7 @@ std::filesystem::path floats(const std::string& name, int width, int height,
                              const std::vector<float>& values)
 {
     std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height)
-        + "\n-1.0\n"; // rows from the bottom
+        + "\n-1.0\n"; // its rows run from the bottom
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * 4);
     return write(name, bytes);
 }
@@ -45,7 +45,7 @@ TEST(Texture, eightAndSixteenBitsAndFloats)
                 1e-6);
     EXPECT_FLOAT_EQ(readTexture(floats("32.pfm", 1, 1, {-3.5f}), false).pixels[0], -3.5f);
     EXPECT_NEAR(readTexture(write("8.pgm", "P2\n1 1\n255\n188\n"), true).pixels[0], 0.5029,
-                1e-3); // sRGB
+                1e-3); // by the sRGB curve
 }
 
 TEST(Texture, rowsRunDownwardsAndWrapModes)
@@ -60,7 +60,7 @@ TEST(Texture, rowsRunDownwardsAndWrapModes)
     EXPECT_NEAR(t.sample(1.25, 0.75, 0, Wrap::mirror), 1, 1e-6);
     EXPECT_NEAR(t.sample(-7, 0.75, 0, Wrap::clamp), 0, 1e-6);
     EXPECT_NEAR(t.sample(1.5, 0.75, 0, Wrap::black), 0, 1e-6);
-    EXPECT_NEAR(t.sample(1, 0.75, 0, Wrap::repeat), 0.5, 1e-6); // across the seam
+    EXPECT_NEAR(t.sample(1, 0.75, 0, Wrap::repeat), 0.5, 1e-6); // at the seam
     EXPECT_EQ(t.sample(NAN, 0.5, 0, Wrap::repeat), 0);
     EXPECT_EQ(t.sample(1e300, 0.5, 0, Wrap::repeat), 0);
 }

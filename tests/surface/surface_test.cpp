@@ -11,7 +11,7 @@
 namespace volcomp {
 namespace {
 
-/// A sphere of unit radius, its texture coordinates longitude and latitude.
+/// A sphere of unit radius whose texture coordinates are longitude and latitude.
 Mesh sphere(int rows)
 {
     Mesh m;
@@ -93,7 +93,7 @@ TEST(Surface, fractionsOfTheAreaCoverItEvenly)
 {
     const Surface s(sphere(24), projection(ProjectionKind::sphere));
     EXPECT_NEAR(s.area(), 4 * kPi, 0.05);
-    // On a sphere the height is even in [-1, 1].
+    // Heights of points spread evenly over a sphere are even in [-1, 1] (Archimedes).
     const int n = 20000;
     int below = 0, bins[20] = {};
     for (int i = 0; i < n; ++i) {
@@ -109,8 +109,8 @@ TEST(Surface, fractionsOfTheAreaCoverItEvenly)
 
 TEST(Surface, stratifiedPointsKeepTheirDistance)
 {
-    // Mean distance to the nearest other point times twice the root of the density: 1 for random
-    // points, 2.15 at most.
+    // The mean distance to the nearest other point, times twice the root of the density, is 1 for
+    // random points and 2.15 at most.
     Mesh m;
     m.points = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}};
     m.triangles = {{0, 2, 1}, {0, 3, 2}};
@@ -134,7 +134,7 @@ TEST(Surface, stratifiedPointsKeepTheirDistance)
     };
     EXPECT_NEAR(clark(false), 1, 0.06);
     EXPECT_GT(clark(true), 1.15);
-    // And strata hold: every 1/64 of the square, a cell of the curve, gets its share.
+    // Each 1/64 of the square is a cell of the curve, and gets its share of points.
     int cells[8][8] = {};
     for (int i = 0; i < 64 * 64; ++i) {
         Random r(hashKey(10, i));
@@ -144,7 +144,7 @@ TEST(Surface, stratifiedPointsKeepTheirDistance)
     double variance = 0;
     for (const auto& row : cells)
         for (const int c : row) variance += (c - 64.0) * (c - 64.0) / 64;
-    EXPECT_LT(variance, 64.0 / 2); // random points: 64
+    EXPECT_LT(variance, 64.0 / 2); // it is 64 for random points
 }
 
 TEST(Surface, sheetsComeFromOutsideInward)
@@ -198,7 +198,7 @@ TEST(Surface, trianglesWithoutAreaAreNeverHit)
     for (const double f : {0.0, 0.3, 1.0}) {
         const SurfacePoint p = s.atFraction(f);
         EXPECT_EQ(p.triangle, 1);
-        EXPECT_NEAR(p.normal.length(), 1, 1e-12); // the face's own, as the points have none
+        EXPECT_NEAR(p.normal.length(), 1, 1e-12); // the triangle's own, as the points have none
     }
     Mesh none;
     none.points = {{0, 0, 0}, {1, 0, 0}};
@@ -221,7 +221,7 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
     const SurfaceTree tree(points, triangles);
     for (int k = 0; k < 50; ++k) {
         const Vec3d p(r.symmetric() * 2, r.symmetric() * 2, r.symmetric() * 2);
-        double best = 1e9; // over a fine grid of points on each triangle
+        double best = 1e9; // the smallest over a fine grid of points on each triangle
         for (const auto& t : triangles)
             for (int i = 0; i <= 40; ++i)
                 for (int j = 0; i + j <= 40; ++j)
@@ -237,7 +237,7 @@ TEST(SurfaceTree, nearestEqualsBruteForce)
 
 TEST(SurfaceWalk, findsWhatTheTreeFindsOnAConvexBody)
 {
-    // A ball of a fine and a coarse half, its triangles' corners not shared: only their places say
+    // A ball with a fine and a coarse half, whose triangles share no corners: only their places say
     // that they are neighbours.
     Mesh m;
     const int rings = 24, across = 40;
@@ -288,7 +288,7 @@ TEST(SurfaceWalk, endsAtBordersAndOnTrianglesWithoutArea)
         EXPECT_NEAR(far.distance2, 9 + 16 + 1, 1e-12); // the corner (0, 1)
         EXPECT_NEAR(walk.nearest(m, {0.2, 0.7, 2}, start).distance2, 4, 1e-12);
         EXPECT_NEAR(walk.nearest(m, {0.5, 0.7, 2}, start).distance2, 4,
-                    1e-12); // over a corner that the square does not have
+                    1e-12); // beyond the corner that the square lacks
     }
     for (std::int32_t start = 3; start < 5; ++start)
         EXPECT_TRUE(std::isfinite(walk.nearest(m, {0.2, 0.7, 2}, start).distance2));

@@ -1,24 +1,48 @@
 // Bakes the boxes of a scene: one VDB file for each variant of each [box.NAME].
+#include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
 
-#include "volcomp/bake/bake.h"
 #include "tools/shared/choice.h"
-#include "volcomp/base/error.h"
-#include "volcomp/view/image.h"
-#include "volcomp/scene/scene.h"
-#include "volcomp/inspect/box_sheet.h"
 #include "tools/shared/tool.h"
+#include "volcomp/bake/bake.h"
+#include "volcomp/base/error.h"
+#include "volcomp/inspect/box_sheet.h"
+#include "volcomp/scene/scene.h"
+#include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
 
 using namespace volcomp;
 
+namespace {
+
+/// Returns the rules of the boxes to bake: all, or those of the given names. Throws Error if there
+/// is none, or none of such a name.
+std::vector<GrowthRule> chosenBoxes(const Scene& scene, const std::vector<std::string>& names)
+{
+    if (scene.boxes.empty())
+        throw fileError(scene.file, "box", "at least one [box.NAME] table", "none");
+    if (names.empty()) return scene.boxes;
+    const auto chosen = [&](const GrowthRule& rule) {
+        return std::find(names.begin(), names.end(), rule.name) != names.end();
+    };
+    for (const std::string& name : names)
+        if (std::none_of(scene.boxes.begin(), scene.boxes.end(),
+                         [&](const GrowthRule& rule) { return rule.name == name; }))
+            throw fileError(scene.file, "box", "a [box." + name + "] table, as --box says", "none");
+    std::vector<GrowthRule> rules;
+    std::copy_if(scene.boxes.begin(), scene.boxes.end(), std::back_inserter(rules), chosen);
+    return rules;
+}
+
+} // namespace
+
 int main(int argc, char** argv)
 {
-    Tool tool(
-        "volcomp-bake",
-        "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... DIR/NAME_N.vdb for each [box.NAME].");
+    Tool tool("volcomp-bake",
+              "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... "
+              "DIR/NAME_N.vdb for each [box.NAME].");
     std::filesystem::path scene_file, directory, sheet;
     std::vector<std::string> only;
     GridNames grid_names = GridNames::houdini;
@@ -39,40 +63,32 @@ int main(int argc, char** argv)
     return tool.main(argc, argv, [&] {
         if (!sheet.empty()) requirePictureName(sheet);
         const Scene scene = readScene(scene_file);
-        if (scene.boxes.empty())
-            throw fileError(scene_file, "box", "at least one [box.NAME] table", "none");
-        for (const std::string& name : only)
-            if (std::none_of(scene.boxes.begin(), scene.boxes.end(),
-                             [&](const GrowthRule& p) { return p.name == name; }))
-                throw fileError(scene_file, "box", "a [box." + name + "] table, as --box says",
-                                "none");
-        std::vector<BoxThumbnail> tiles;
-        for (const GrowthRule& primitive : scene.boxes) {
-            if (!only.empty() && std::find(only.begin(), only.end(), primitive.name) == only.end())
-                continue;
+        std::vector<BoxThumbnail> thumbnails;
+        for (const GrowthRule& rule : chosenBoxes(scene, only)) {
             std::uint64_t voxels = 0;
             double voxel = 0;
-            tool.stage("bake " + primitive.name, [&](const Progress& progress) {
-                for (int variant = 0; variant < primitive.variants; ++variant) {
-                    const Box box = bake(primitive, scene.materials, variant, [&](double f) {
-                        report(progress, (variant + f) / primitive.variants);
+            tool.stage("bake " + rule.name, [&](const Progress& progress) {
+                for (int variant = 0; variant < rule.variants; ++variant) {
+                    const Box box = bake(rule, scene.materials, variant, [&](double f) {
+                        report(progress, (variant + f) / rule.variants);
                     });
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
-                    writeVolume(directory / fmt::format("{}_{}.vdb", primitive.name, variant + 1),
-                                box.volume, boxMetadata(primitive, variant), grid_names);
+                    writeVolume(directory / fmt::format("{}_{}.vdb", rule.name, variant + 1),
+                                box.volume, boxMetadata(rule, variant), grid_names);
                     if (!sheet.empty())
-                        tiles.push_back(renderBoxThumbnail(box, scene.materials, scene.render));
+                        thumbnails.push_back(
+                            renderBoxThumbnail(box, scene.materials, scene.render));
                 }
             });
-            tool.stats["boxes"][primitive.name] = {
-                {"variants", primitive.variants}, {"voxels", voxels}, {"voxel", voxel}};
-            tool.say(fmt::format(
-                "{}: {} of {} voxels of {:.4g} m", primitive.name,
-                primitive.variants == 1 ? "1 box" : fmt::format("{} boxes", primitive.variants),
-                voxels, voxel));
+            tool.stats["boxes"][rule.name] = {
+                {"variants", rule.variants}, {"voxels", voxels}, {"voxel", voxel}};
+            tool.say(
+                fmt::format("{}: {} of {} voxels of {:.4g} m", rule.name,
+                            rule.variants == 1 ? "1 box" : fmt::format("{} boxes", rule.variants),
+                            voxels, voxel));
         }
-        if (!sheet.empty()) writeImage(sheet, contactSheet(tiles), {});
+        if (!sheet.empty()) writeImage(sheet, contactSheet(thumbnails), {});
     });
 }

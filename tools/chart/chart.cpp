@@ -297,9 +297,9 @@ std::string gnuplotScript(const std::vector<ChartPanel>& panels, int width, int 
         : fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}' background 'white'\n",
                       width, height, 0.77 * kFont);
     script += fmt::format("set output {}\n", literal(output));
-    script +=
-        "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
-        "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\nset tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";
+    script += "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
+              "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\n"
+              "set tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";
     for (std::size_t i = 0; i < panels.size(); ++i)
         appendPanel(script, panels[i], i, width, height);
     return script + "unset multiplot\nset output\n";

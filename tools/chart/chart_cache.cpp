@@ -15,6 +15,7 @@
 #include "volcomp/base/random.h"
 #include "volcomp/render/render.h"
 #include "tools/shared/settings.h"
+#include "volcomp/render/tree/voxel_tree_io.h"
 #include "volcomp/volume/vdb_io.h"
 
 namespace volcomp {

@@ -1,7 +1,6 @@
 // volcomp-chart: time against error of the methods and settings, measured on one scene.
 #include <algorithm>
 #include <cmath>
-#include <deque>
 
 #include <fmt/format.h>
 
@@ -11,11 +10,12 @@
 #include "tools/chart/results.h"
 #include "tools/chart/vdb_render.h"
 #include "tools/shared/process.h"
+#include "tools/shared/leave_out.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
-#include "volcomp/place/culling.h"
+#include "volcomp/place/voxel_size.h"
 #include "volcomp/render/march/integrator.h"
 #include "volcomp/scene/scene.h"
 
@@ -122,12 +122,9 @@ void draw(const std::vector<ChartPanel>& panels, const fs::path& directory)
 double sceneVoxel(const Scene& scene, int width, int height)
 {
     if (scene.compose.voxel > 0) return scene.compose.voxel * scene.render.width / width;
-    std::deque<Surface> surfaces;
-    std::vector<const Surface*> pointers;
-    for (const SurfaceSpec& spec : scene.surfaces)
-        pointers.push_back(&surfaces.emplace_back(loadSurface(spec)));
+    const PlacedScene bare = place(scene.surfaces, {}, {}); // no boxes
     const double voxel =
-        voxelFromCamera(pointers, scene.camera, width, height, scene.compose.voxel_pixels);
+        voxelFromCamera(bare, scene.camera, width, height, scene.compose.voxel_pixels);
     if (!(voxel > 0))
         throw fileError(scene.file, "compose.voxel", "a voxel size, as the camera sees no surface",
                         "0");
@@ -306,7 +303,7 @@ void run(Tool& tool, const Options& options)
         throw Error(
             "gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
     Scene scene = readScene(options.scene);
-    for (const std::string& surface : options.leave_out) removeSurface(scene, surface);
+    leaveOut(scene, options.leave_out);
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
     tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}",
@@ -346,7 +343,8 @@ int main(int argc, char** argv)
 {
     Tool tool(
         "volcomp-chart",
-        "Measures time and error of the methods and settings on a scene, and draws the chart. Bakes and composes what it needs.");
+        "Measures time and error of the methods and settings on a scene, and draws the chart. "
+        "Bakes and composes what it needs.");
     Options options;
     tool.app.add_option("scene", options.scene, "Scene file (TOML)")
         ->required()
@@ -354,7 +352,8 @@ int main(int argc, char** argv)
     tool.app
         .add_option(
             "-o,--output", options.directory,
-            "Directory for chart.svg, chart.png, results.csv, table.md and what was measured (cache/)")
+            "Directory for chart.svg, chart.png, results.csv, table.md and what was measured "
+            "(cache/)")
         ->required()
         ->type_name("DIR");
     tool.app

@@ -139,15 +139,15 @@ template <class Tree, class F>
 void forEachLeaf(const Tree& tree, const MarchRay& r, F&& f)
 {
     if (!r.hits) return;
-    CellWalk<kBlockDim> a(r);
+    CellWalk<kNodeDim> a(r);
     CellWalk<kLeafDim> b(r);
     CellWalk<1> c(r);
     for (a.start(r, r.t0); a.t < r.t1; a.advance(r)) {
-        const int block = tree.block(a.cell[0], a.cell[1], a.cell[2]);
-        if (block == VoxelTree::kEmpty) continue;
+        const int node = tree.node(a.cell[0], a.cell[1], a.cell[2]);
+        if (node == VoxelTree::kEmpty) continue;
         const double end = std::min(a.end(), r.t1);
         for (b.startInside(r, a); b.t < end && b.inside(a); b.advance(r)) {
-            const int leaf = tree.leafIn(block, b.cell[0], b.cell[1], b.cell[2]);
+            const int leaf = tree.leafIn(node, b.cell[0], b.cell[1], b.cell[2]);
             if (leaf == VoxelTree::kEmpty) continue;
             c.startInside(r, b);
             if (!f(LeafSpan{leaf, b.cell, b.t, std::min(b.end(), end), &c})) return;

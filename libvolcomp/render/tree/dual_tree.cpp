@@ -3,39 +3,42 @@
 #include <cstring>
 
 namespace volcomp {
+namespace {
+
+// The neighbour number k, 4 x + 2 y + z, of a place of 8^3 voxels: `sign` 1 above, -1 below.
+openvdb::Coord neighbour(const openvdb::Coord& place, int k, int sign)
+{
+    const int step = sign * kLeafDim;
+    return place.offsetBy(step * (k >> 2), step * (k >> 1 & 1), step * (k & 1));
+}
+
+} // namespace
 
 DualTree::DualTree(const VoxelTree& tree)
     : m_tree(tree), m_gathered([this] { return Gathered(*this); })
 {
+    // The centres of a leaf's voxels are corners of its own cells and of those below.
     std::vector<openvdb::Coord> origins;
-    tree.forEachCell([&](const openvdb::Coord& origin,
-                         int) { // a leaf's centres are corners of its own cells and of those below
+    tree.forEachCell([&](const openvdb::Coord& origin, int) {
         for (int k = 0; k < 8; ++k) {
-            const openvdb::Coord o =
-                origin.offsetBy(-8 * (k >> 2), -8 * (k >> 1 & 1), -8 * (k & 1));
-            const auto [block, fresh] = m_blocks.emplace(
-                openvdb::Coord(o[0] >> 7, o[1] >> 7, o[2] >> 7), int(m_blocks.size()));
-            if (fresh) m_children.resize(m_children.size() + 4096, VoxelTree::kEmpty);
-            std::int32_t& child =
-                m_children[std::size_t(block->second) * 4096
-                           + ((o[0] >> 3 & 15) << 8 | (o[1] >> 3 & 15) << 4 | (o[2] >> 3 & 15))];
-            if (child != VoxelTree::kEmpty) continue;
-            child = std::int32_t(origins.size());
+            const openvdb::Coord o = neighbour(origin, k, -1);
+            if (m_places.leafAt(o[0], o[1], o[2]) != VoxelTree::kEmpty) continue;
+            m_places.setLeaf(o, int(origins.size()));
             origins.push_back(o);
             m_bounds.expand(openvdb::CoordBBox(o, o.offsetBy(kLeafDim - 1)));
         }
     });
     m_leaves.resize(origins.size());
     for (std::size_t i = 0; i < origins.size(); ++i)
-        for (int k = 0; k < 8; ++k)
-            m_leaves[i][k] =
-                tree.leafAt(origins[i][0] + 8 * (k >> 2), origins[i][1] + 8 * (k >> 1 & 1),
-                            origins[i][2] + 8 * (k & 1));
+        for (int k = 0; k < 8; ++k) {
+            const openvdb::Coord o = neighbour(origins[i], k, 1);
+            m_leaves[i][k] = tree.leafAt(o[0], o[1], o[2]);
+        }
 }
 
 void DualTree::gather(int leaf, float* values) const
 {
-    static constexpr float kNothing[512] = {};
+    static constexpr float kNothing[kLeafSize] = {};
     const float* densities[8];
     for (int k = 0; k < 8; ++k)
         densities[k] =
@@ -51,7 +54,7 @@ void DualTree::gather(int leaf, float* values) const
 void DualTree::Gathered::allocate()
 {
     m_at.assign(std::size_t(1) << kBits, VoxelTree::kEmpty);
-    m_values.reset(new float[std::size_t(kStride) << kBits]); // memory is taken as it is used
+    m_values.reset(new float[std::size_t(kStride) << kBits]); // not touched before it is used
 }
 
 } // namespace volcomp

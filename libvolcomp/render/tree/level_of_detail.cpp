@@ -19,7 +19,7 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
     }
 }
 
-// Light for the leaves that show in rays through every other pixel.
+// Sweeps light for the leaves that rays through every other pixel see.
 void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop)
 {
     const VoxelTree& tree = *level.tree;
@@ -53,14 +53,6 @@ RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
         l.integrator->traceFurther(sample, origin, direction, l.start, l.end, scratch);
     }
     return sample;
-}
-
-std::size_t LevelOfDetail::memoryBytes() const
-{
-    std::size_t bytes = 0;
-    for (const Level& l : m_levels)
-        bytes += l.tree->memoryBytes() + (l.sweep ? l.sweep->memoryBytes() : 0);
-    return bytes;
 }
 
 } // namespace volcomp

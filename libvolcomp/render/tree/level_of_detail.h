@@ -1,11 +1,10 @@
 // What a ray of the picture sees, from voxels of the size that its pixel can show (MODEL section
 // 8).
 //
-// Each level's voxels are twice as wide as those below (VoxelTree::coarser()). A ray goes through
-// the levels one after another (voxel_levels.h), changing at the distances where a pixel is as wide
-// as a voxel of the next; every point of it lies in one level, so nothing is missed or counted
-// twice. Light comes through the level of the point that it meets, by rays or by a sweep of that
-// level.
+// The voxels of each level are twice as wide as those of the level before (VoxelTree::coarser()). A
+// ray goes through the levels one after another (voxel_levels.h); every point of it lies in one
+// level, so nothing is missed or counted twice. Light reaches a point through the level of the
+// point, by rays or by a sweep of that level.
 #pragma once
 
 #include <deque>
@@ -20,20 +19,22 @@
 
 namespace volcomp {
 
-/// Integrators for the levels of a volume; a ray goes through those as fine as its pixel is at each
-/// distance.
+/// Integrators for the levels of a volume. It can be neither copied nor moved, as the integrators
+/// refer to it. trace() may be called from several threads at once.
 class LevelOfDetail {
 public:
-    /// `rays` and `crop` are the picture's, for the light that is swept for it.
+    /// `part_materials` holds the material of each part of the trees. `rays` and `crop` are the
+    /// picture's: light is swept where its rays look.
     LevelOfDetail(const std::vector<VoxelLevel>& levels,
                   const std::vector<Material>& part_materials, const std::vector<Light>& lights,
                   const RenderParams& params, const CameraRays& rays, const Crop& crop);
 
-    /// As Integrator::trace().
+    LevelOfDetail(const LevelOfDetail&) = delete;
+    LevelOfDetail& operator=(const LevelOfDetail&) = delete;
+
+    /// As Integrator::trace(), from the level of each distance.
     RaySample trace(const Vec3d& origin, const Vec3d& direction,
                     Integrator::Scratch& scratch) const;
-
-    std::size_t memoryBytes() const; ///< of the levels and the light
 
 private:
     struct Level : VoxelLevel {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "volcomp/base/error.h"
-#include "volcomp/volume/packed_volume.h"
+#include "volcomp/render/tree/voxel_tree_io.h"
 #include "volcomp/volume/vdb_io.h"
 
 namespace volcomp {
@@ -12,8 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kVoxelsPerPixel = 1.5;    // at the distance where a level begins
-constexpr std::uint64_t kFewestVoxels = 8; // of a level that has a coarser one
+constexpr double kVoxelsPerPixel = 1.5;    // width of a pixel where a level begins, its voxels
+constexpr std::uint64_t kFewestVoxels = 8; // a level of fewer has no coarser one
+// Raised when files of levels change their meaning. Those of volcomp 0.1.0 have no such number, and
+// their scatter ratios are in grids `shown`.
+constexpr std::int32_t kVersion = 2;
+constexpr const char* kVersionKey = "volcomp_levels_version";
 constexpr const char* kOf = "volcomp_levels_of";
 constexpr const char* kTau = "volcomp_tau";
 constexpr const char* kLast = "volcomp_levels_last";
@@ -21,47 +25,56 @@ constexpr const char* kVoxel = "volcomp_levels_voxel";
 constexpr const char* kLow = "volcomp_levels_low";
 constexpr const char* kHigh = "volcomp_levels_high";
 
+// Distances from the camera, world units, in which a level is looked at.
 struct Range {
     int level;
     double start, end;
 };
 
-// The levels between which a pixel's width changes on its way through the box, axes and units of
-// which are those of `eye`; as if there were endless levels.
-std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& high, double voxel,
-                            const Camera& camera, const RenderParams& params)
+// Distances from a point to the nearest and to the farthest point of a box; `low` and `high` are
+// its corners.
+std::pair<double, double> distancesTo(const Vec3d& low, const Vec3d& high, const Vec3d& from)
 {
     double nearest = 0, farthest = 0;
     for (int a = 0; a < 3; ++a) {
-        const double below = low[a] - eye[a], above = high[a] - eye[a];
+        const double below = low[a] - from[a], above = high[a] - from[a];
         const double outside = std::max({below, -above, 0.0}),
                      most = std::max(std::abs(below), std::abs(above));
         nearest += outside * outside;
         farthest += most * most;
     }
-    nearest = std::sqrt(nearest);
-    farthest = std::sqrt(farthest);
+    return {std::sqrt(nearest), std::sqrt(farthest)};
+}
+
+// The levels that a pixel needs on its way through a box, nearest first, as if there were any
+// number of levels. `low` and `high` are the box's corners, in the axes and units of `eye`; `voxel`
+// is the finest voxels' width.
+std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& high, double voxel,
+                            const Camera& camera, const RenderParams& params)
+{
+    const auto [nearest, farthest] = distancesTo(low, high, eye);
     const bool perspective = camera.projection == Projection::perspective;
+    // The width of a pixel: at distance 1, or at any distance.
     const double pixel = perspective ? 2 * std::tan(camera.field_of_view / 2) / params.width
                                      : camera.width / params.width;
-    constexpr double kEndless = std::numeric_limits<double>::infinity();
+    const double infinity = std::numeric_limits<double>::infinity();
     std::vector<Range> ranges;
     double start = 0;
     int level = 0;
     for (;; ++level) {
-        const double width =
-            voxel * std::ldexp(kVoxelsPerPixel, level + 1); // of a pixel, for the next level
-        const double next = perspective ? width / pixel : width <= pixel ? 0 : kEndless;
+        // The width of a pixel where the next level begins, and how far away that is.
+        const double width = voxel * std::ldexp(kVoxelsPerPixel, level + 1);
+        const double next = perspective ? width / pixel : width <= pixel ? 0 : infinity;
         if (!(next <= farthest)) break;
         if (next <= nearest || next <= start) continue;
         ranges.push_back({level, start, next});
         start = next;
     }
-    ranges.push_back({level, start, kEndless});
+    ranges.push_back({level, start, infinity});
     return ranges;
 }
 
-// Levels one after another, each made of the one before.
+// Makes levels one after another, each from the one before.
 class Maker {
 public:
     Maker(std::shared_ptr<const VoxelTree> finest, double tau)
@@ -84,8 +97,8 @@ private:
     int m_level = 0;
 };
 
-// A tree for each range; treeAt() gives the coarsest where there is none so coarse, always the
-// same.
+// The trees of the ranges. treeAt(level) is called once for each, finest first. For a level that is
+// coarser than all there are it gives the coarsest, always the same tree; such ranges become one.
 template <class F>
 std::vector<VoxelLevel> levelsFor(const std::vector<Range>& ranges, F&& treeAt)
 {
@@ -105,17 +118,19 @@ Vec3d highCorner(const VoxelTree& tree)
     return (tree.bounds().max().asVec3d() + Vec3d(1.0)) * tree.voxelSize();
 }
 
-// What the files of levels say of the volume that they were made from.
+// The files of levels beside a volume, and what they say of the volume.
 struct Stored {
-    int count = 0; // of levels
+    int count = 0; // levels; 0: none, or not all, or of something else
     double voxel = 0;
     Vec3d low{0.0}, high{0.0};
 };
 
+// A level beside the volume's own counts if all levels down to the last are there, were made of the
+// file as it is and for this tau, and have the meaning that they have here.
 Stored stored(const fs::path& volume, double tau)
 {
     Stored s;
-    std::error_code code;
+    std::error_code code; // a file that cannot be looked at is none
     std::string of;
     for (int n = 1; fs::is_regular_file(levelFile(volume, n), code); ++n) {
         openvdb::MetaMap meta;
@@ -130,7 +145,7 @@ Stored stored(const fs::path& volume, double tau)
             return found && found->value() == value;
         };
         if (of.empty()) of = volumeIdentifier(volume);
-        if (!is(kOf, of) || !is(kTau, tau)) break;
+        if (!is(kVersionKey, kVersion) || !is(kOf, of) || !is(kTau, tau)) break;
         if (!is(kLast, true)) continue;
         const auto voxel = meta.getMetadata<openvdb::DoubleMetadata>(kVoxel);
         const auto low = meta.getMetadata<openvdb::Vec3DMetadata>(kLow),
@@ -139,72 +154,6 @@ Stored stored(const fs::path& volume, double tau)
         break;
     }
     return s;
-}
-
-PackedVolume packed(const VoxelTree& tree)
-{
-    PackedVolume volume;
-    volume.transform = openvdb::math::Transform::createLinearTransform(tree.voxelSize());
-    volume.transform->postTranslate(tree.origin() + Vec3d(tree.voxelSize() / 2));
-    for (const VoxelTree::Part& p : tree.parts()) {
-        PackedPart& part = volume.parts.emplace_back();
-        part.material = p.material;
-        part.kind = p.kind;
-        part.has_direction = part.has_colour = part.has_scatter_ratio = true;
-        part.stores.emplace_back();
-    }
-    struct Place {
-        openvdb::Coord origin;
-        int leaf;
-    };
-    std::vector<Place> places;
-    tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
-        places.push_back({origin, leaf});
-    });
-    std::sort(places.begin(), places.end(),
-              [](const Place& a, const Place& b) { return inTreeOrder(a.origin, b.origin); });
-    struct Voxel {
-        int n;
-        float density;
-        Half3 direction, colour, scatter_ratio;
-    };
-    const auto halves = [](const Vec3d& v) {
-        using openvdb::math::half;
-        return Half3{half(float(v[0])), half(float(v[1])), half(float(v[2]))};
-    };
-    std::vector<std::vector<Voxel>> voxels(tree.parts().size());
-    for (const Place& place : places) {
-        const VoxelTree::Leaf& leaf = tree.leaf(place.leaf);
-        for (int n = 0; n < 512; ++n) {
-            if (!(leaf.mask[n >> 6] >> (n & 63) & 1)) continue;
-            const VoxelTree::ScatterRatio s = tree.scatterRatio(place.leaf, n);
-            tree.contents(place.leaf, n, [&](const VoxelContent& c) {
-                const Vec3d direction = c.directed
-                    ? c.direction * (1 - VoxelTree::spreadOf(c.spread_code))
-                    : Vec3d(0.0);
-                voxels[c.part].push_back({n, c.density, halves(direction), halves(c.colour),
-                                          halves(Vec3d(s[0], s[1], s[2]))});
-            });
-        }
-        for (std::size_t p = 0; p < voxels.size(); ++p) {
-            if (voxels[p].empty()) continue;
-            PackedPart& part = volume.parts[p];
-            PackedBlock block{place.origin, std::uint32_t(voxels[p].size()), {}, nullptr};
-            block.values =
-                part.stores[0].allocate(block.count * PackedPart::voxelBytes(true, true, true));
-            for (std::size_t i = 0; i < voxels[p].size(); ++i) {
-                const Voxel& v = voxels[p][i];
-                block.mask[v.n >> 6] |= std::uint64_t(1) << (v.n & 63);
-                part.density(block)[i] = v.density;
-                part.direction(block)[i] = v.direction;
-                part.colour(block)[i] = v.colour;
-                part.scatterRatio(block)[i] = v.scatter_ratio;
-            }
-            part.blocks.push_back(block);
-            voxels[p].clear();
-        }
-    }
-    return volume;
 }
 
 } // namespace
@@ -253,6 +202,7 @@ fs::path levelFile(const fs::path& volume, int n)
 void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progress)
 {
     openvdb::MetaMap meta;
+    meta.insertMeta(kVersionKey, openvdb::Int32Metadata(kVersion));
     meta.insertMeta(kOf, openvdb::StringMetadata(volumeIdentifier(volume)));
     meta.insertMeta(kTau, openvdb::DoubleMetadata(tau));
     Maker maker(std::make_shared<const VoxelTree>(
@@ -270,7 +220,7 @@ void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progre
                             std::to_string(maker.tree()->voxelCount()),
                             "Render without files of levels.");
         meta.insertMeta(kLast, openvdb::BoolMetadata(!maker.hasNext()));
-        writeVolume(levelFile(volume, maker.level()), packed(*maker.tree()), meta);
+        writeVolume(levelFile(volume, maker.level()), packedVolume(*maker.tree()), meta);
         report(progress, done += (1 - done) * 0.7);
     }
 }

@@ -1,313 +1,292 @@
-// One level of the voxel pyramid (MODEL section 8).
+// How a VoxelTree is made from one of half its voxels' width: one level of the voxel pyramid (MODEL
+// section 8).
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/principal_direction.h"
 #include "volcomp/render/tree/voxel_tree.h"
 
 namespace volcomp {
-
 namespace {
 
-// -ln of the mean transmittance of the columns along an axis, where it is too little for 1 -
-// opacity: log-sum-exp, as a column's depth may exceed 700.
-double darkDepth(const double* depths, int axis)
+using openvdb::Coord;
+
+// From the first of eight voxels (offset() in its leaf) to each, in the order of coarserVoxel().
+constexpr int kSteps[8] = {0, 1, 8, 9, 64, 65, 72, 73};
+
+// The octant of a leaf that holds a voxel, and where the eight voxels that this one stands for
+// begin in the finer leaf.
+int octantOf(int voxel) { return (voxel >> 8) << 2 | (voxel >> 5 & 1) << 1 | (voxel >> 2 & 1); }
+int firstOf(int voxel)
 {
-    const int along = 4 >> axis;
-    double columns[4];
-    int count = 0;
-    for (int k = 0; k < 8; ++k)
-        if (!(k & along)) columns[count++] = depths[k] + depths[k | along];
-    const double least = *std::min_element(columns, columns + 4);
-    double sum = 0;
-    for (const double depth : columns) sum += std::expm1(least - depth) / 4;
-    return least - std::log1p(sum);
+    return VoxelTree::offset(2 * (voxel >> 6), 2 * (voxel >> 3 & 7), 2 * (voxel & 7));
 }
 
-// Single scattering in a homogeneous cube of depth d and opacity 1 - e^-d across, for a beam
-// through the whole of it: seen from the light, across it, against it.
-VoxelTree::ScatterRatio homogeneous(double d, double opacity)
-{
-    return {float(opacity * (2 - opacity) / 2), float(opacity * opacity / d),
-            float(d * (1 - opacity))};
-}
+// What one part adds to a coarser voxel.
+struct PartSum {
+    explicit PartSum(int p) : part(p) { }
+
+    void add(const VoxelContent& c)
+    {
+        density += c.density;
+        colour += c.density * c.colour;
+        if (!c.directed) return;
+        // t tᵀ of the directions that the voxel stands for: one along, the square of the spread
+        // across.
+        const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code),
+                     w = c.density / (1 + 2 * s2);
+        directions.add(w * (1 - s2), c.direction);
+        around += w * s2;
+    }
+    Vec3f direction() const // as VolumePart::direction
+    {
+        SymmetricTensor t = directions;
+        t.xx += around;
+        t.yy += around;
+        t.zz += around;
+        return Vec3f(principalDirection(t).stored());
+    }
+
+    int part;
+    double density = 0, around = 0; // `around` is the same in all directions
+    SymmetricTensor directions;
+    Vec3d colour{0.0}; // times density
+};
 
 } // namespace
 
-CoarserVoxel coarserVoxel(const double* densities, const VoxelTree::ScatterRatio* scatter_ratio,
-                          double extinction)
-{
-    double mean = 0;
-    for (int k = 0; k < 8; ++k) mean += densities[k] / 8;
-    if (!(extinction > 0) || !(mean > 0)) return {mean, {1, 1, 1}};
-    double depths[8], opacity[8], pairs[3] = {0, 0, 0}, sum = 0;
-    for (int k = 0; k < 8; ++k) {
-        depths[k] = extinction * densities[k];
-        opacity[k] = depths[k] > 0 ? -std::expm1(-depths[k]) : 0;
-        sum += opacity[k];
+class VoxelTree::Coarsener {
+public:
+    Coarsener(VoxelTree& tree, const VoxelTree& fine, double tau)
+        : m_tree(tree), m_fine(fine), m_extinction(tau * fine.m_voxel)
+    {
     }
-    for (int k = 0; k < 8; ++k)
-        for (int axis = 0; axis < 3; ++axis)
-            if (!(k & 4 >> axis)) pairs[axis] += opacity[k] * opacity[k | 4 >> axis];
-    double closed[3], total = 0; // opacity along each axis
-    for (int axis = 0; axis < 3; ++axis) closed[axis] = (sum - pairs[axis]) / 4;
-    if (std::max({closed[0], closed[1], closed[2]}) < 0.999)
-        total =
-            -std::log1p(-(closed[0] + (1 - closed[0]) * (closed[1] + (1 - closed[1]) * closed[2])));
-    else
-        for (int axis = 0; axis < 3; ++axis) total += darkDepth(depths, axis);
-    CoarserVoxel v{total / (6 * extinction), {1, 1, 1}};
 
-    // A beam into each face, light by axes: what the voxels add, behind and beside each other.
-    double fine[3] = {0, 0, 0};
-    for (int k = 0; k < 8; ++k) {
-        if (!(opacity[k] > 0)) continue;
-        double passes[3], squares = 0, both = 0; // through the neighbour along each axis
-        for (int axis = 0; axis < 3; ++axis) {
-            passes[axis] = 1 - opacity[k ^ 4 >> axis];
-            both += passes[axis];
-            squares += passes[axis] * passes[axis];
+    void run()
+    {
+        m_tree.m_voxel = 2 * m_fine.m_voxel;
+        m_tree.m_origin = m_fine.m_origin;
+        m_tree.m_rotation = m_fine.m_rotation;
+        m_tree.m_parts = m_fine.m_parts;
+        m_tree.m_is_fibre = m_fine.m_is_fibre;
+        addPlaces();
+        m_tree.m_leaves.resize(m_leaves.size());
+        m_tree.m_density.resize(m_leaves.size() * kLeafSize);
+        constexpr std::size_t kBatch = 4096; // leaves that wait to be put behind the others
+        std::vector<Filled> filled;
+        for (std::size_t start = 0; start < m_leaves.size(); start += kBatch) {
+            filled.assign(std::min(kBatch, m_leaves.size() - start), {});
+            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, filled.size(), 32),
+                              [&](const auto& range) {
+                                  for (std::size_t i = range.begin(); i < range.end(); ++i)
+                                      filled[i] = fillLeaf(start + i);
+                              });
+            for (std::size_t i = 0; i < filled.size(); ++i) append(start + i, filled[i]);
         }
-        const VoxelTree::ScatterRatio own = homogeneous(depths[k], opacity[k]);
-        const double a = 1 + passes[0], b = 1 + passes[1], c = 1 + passes[2];
-        fine[0] += double(scatter_ratio[k][0]) * own[0] * (3 + squares) / 24;
-        fine[1] += double(scatter_ratio[k][1]) * own[1] * (a * b + a * c + b * c) / 48;
-        fine[2] += double(scatter_ratio[k][2]) * own[2] * both / 12;
-    }
-    const VoxelTree::ScatterRatio even = homogeneous(total / 3, -std::expm1(-total / 3));
-    for (int i = 0; i < 3; ++i)
-        if (even[i] > 1e-6f * float(sum)) v.scatter_ratio[i] = float(fine[i] / double(even[i]));
-    return v;
-}
-
-namespace {
-
-constexpr int kSteps[8] = {
-    0, 1, 8, 9, 64, 65, 72, 73}; // from a voxel's first part to all, in the order of coarserVoxel()
-
-} // namespace
-
-// One leaf into the octant (4 x + 2 y + z) of a coarser one: densities, mask, and what they show.
-void VoxelTree::coarsenLeaf(const VoxelTree& fine, int child, int octant, double extinction,
-                            float* density, Leaf& leaf,
-                            std::array<ScatterRatio, 512>& scatter_ratio)
-{
-    const Leaf& from = fine.m_leaves[child];
-    const float* finer = fine.densities(child);
-    const int corner = offset((octant >> 2) * 4, (octant >> 1 & 1) * 4, (octant & 1) * 4);
-    std::array<ScatterRatio, 8> own;
-    own.fill({1, 1, 1});
-    for (int x = 0; x < 4; ++x) {
-        std::uint64_t any = from.mask[2 * x] | from.mask[2 * x + 1];
-        any |= any >> 8;
-        any = (any | any >> 1) & 0x0055005500550055;
-        for (; any; any &= any - 1) {
-            const int at = __builtin_ctzll(any), first = 2 * x << 6 | at,
-                      n = corner + (x << 6 | (at >> 4) << 3 | (at & 7) >> 1);
-            double densities[8];
-            for (int k = 0; k < 8; ++k) {
-                densities[k] = finer[first + kSteps[k]];
-                if (!fine.m_scatter_ratio.empty() && densities[k] > 0)
-                    own[k] = fine.m_scatter_ratio[fine.recordIndex(from, first + kSteps[k])];
-            }
-            const CoarserVoxel v = coarserVoxel(densities, own.data(), extinction);
-            if (!(float(v.density) > 0)) continue;
-            density[n] = float(v.density);
-            scatter_ratio[n] = v.scatter_ratio;
-            leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
-        }
-    }
-}
-
-VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
-{
-    VoxelTree t;
-    t.m_voxel = 2 * fine.m_voxel;
-    t.m_origin = fine.m_origin;
-    t.m_rotation = fine.m_rotation;
-    t.m_parts = fine.m_parts;
-    t.m_is_fibre = fine.m_is_fibre;
-    t.m_factor_a = fine.m_factor_a;
-    t.m_factor_b = fine.m_factor_b;
-    const double extinction = tau * fine.m_voxel;
-
-    using openvdb::Coord;
-    std::vector<Coord> origins;
-    fine.forEachCell([&](const Coord& o, int) {
-        origins.emplace_back((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7);
-    });
-    std::sort(origins.begin(), origins.end());
-    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
-
-    // Places; where eight places have the same tile, so has the coarser one.
-    std::map<Coord, int> blocks;
-    std::map<int, int> tiles;
-    std::vector<std::array<int, 8>> sources; // leaves of `fine`
-    for (const Coord& o : origins) {
-        std::array<int, 8> leaves;
-        bool same = true;
-        for (int k = 0; k < 8; ++k) {
-            leaves[k] = fine.leafAt(2 * o[0] + 8 * (k >> 2), 2 * o[1] + 8 * (k >> 1 & 1),
-                                    2 * o[2] + 8 * (k & 1));
-            same &= leaves[k] == leaves[0];
-        }
-        int leaf = int(sources.size());
-        if (same) { // eight places share a leaf only if it is a tile
-            const auto [at, fresh] = tiles.emplace(leaves[0], leaf);
-            leaf = at->second;
-            if (fresh) sources.push_back(leaves);
-        } else sources.push_back(leaves);
-        const auto [block, fresh] =
-            blocks.emplace(Coord(o[0] >> 7, o[1] >> 7, o[2] >> 7), int(blocks.size()));
-        if (fresh) t.m_children.resize(t.m_children.size() + 4096, kEmpty);
-        t.m_children[std::size_t(block->second) * 4096
-                     + ((o[0] >> 3 & 15) << 8 | (o[1] >> 3 & 15) << 4 | (o[2] >> 3 & 15))] = leaf;
-        t.m_bounds.expand(openvdb::CoordBBox(o, o.offsetBy(kLeafDim - 1)));
-        t.m_voxels += same ? 512 : 0;
-    }
-    std::size_t size = 16;
-    while (size < 2 * blocks.size()) size *= 2;
-    t.m_slots.resize(size);
-    t.m_slot_mask = size - 1;
-    for (const auto& [b, number] : blocks) {
-        const std::uint64_t key = blockKey(b[0], b[1], b[2]);
-        std::size_t slot = hash(key);
-        while (t.m_slots[slot & t.m_slot_mask].block != kEmpty) ++slot;
-        t.m_slots[slot & t.m_slot_mask] = {key, number};
+        m_tree.finish(m_uses);
     }
 
-    struct Filled { // what a leaf adds to the tables; list entries are counted from the leaf's
-                    // first
-        std::vector<std::uint64_t> records;
+private:
+    using Octants = std::array<int, 8>; // leaves of the finer tree, 4 x + 2 y + z
+    struct Entry {                      // one part in one voxel, before it is packed
+        int voxel, part;
+        float density;
+        Vec3f direction, colour;
+    };
+    struct Filled { // what a leaf adds to the tables; its lists are counted from its first entry
+        std::vector<VoxelRecord> records;
         std::vector<ScatterRatio> scatter_ratio;
         std::vector<Shared> shared;
     };
-    t.m_leaves.resize(sources.size());
-    t.m_density.resize(sources.size() * 512);
-    constexpr std::size_t kBatch = 4096; // leaves that wait to be put behind the others
-    std::vector<Filled> filled;
-    const auto fill = [&](std::size_t start) {
-        filled.assign(std::min(kBatch, sources.size() - start), {});
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(start, start + filled.size(), 32),
-            [&](const auto& range) {
-                struct Sum {
-                    explicit Sum(int p) : part(p) { }
-                    int part;
-                    double density = 0, around = 0;
-                    SymmetricTensor directions;
-                    Vec3d colour{0.0};
-                };
-                struct Entry {
-                    int voxel, part;
-                    float density;
-                    Vec3f direction, colour;
-                };
-                std::vector<Sum> sums;
-                std::vector<Entry> entries;
-                std::array<ScatterRatio, 512> scatter_ratio;
-                for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                    Leaf& leaf = t.m_leaves[i];
-                    const std::array<int, 8>& leaves = sources[i];
-                    leaf.uniform = std::all_of(leaves.begin(), leaves.end(),
-                                               [&](int l) { return l == leaves[0]; });
-                    leaf.colour_scale = 0;
-                    entries.clear();
-                    for (int octant = 0; octant < 8; ++octant)
-                        if (leaves[octant] != kEmpty)
-                            coarsenLeaf(fine, leaves[octant], octant, extinction,
-                                        &t.m_density[i * 512], leaf, scatter_ratio);
-                    for (int n = 0; n < 512; ++n) {
-                        if (!(leaf.mask[n >> 6] >> (n & 63) & 1) || (leaf.uniform && n > 0))
-                            continue;
-                        filled[i - start].scatter_ratio.push_back(scatter_ratio[n]);
-                        const int child = leaves[(n >> 8) << 2 | (n >> 5 & 1) << 1 | (n >> 2 & 1)];
-                        const Leaf& from = fine.m_leaves[child];
-                        const int first = offset(2 * (n >> 6), 2 * (n >> 3 & 7), 2 * (n & 7));
-                        sums.clear();
-                        double total = 0;
-                        for (const int step : kSteps) {
-                            const int voxel = first + step;
-                            if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
-                            fine.contents(child, voxel, [&](const VoxelContent& c) {
-                                auto sum =
-                                    std::find_if(sums.begin(), sums.end(),
-                                                 [&](const Sum& s) { return s.part == c.part; });
-                                if (sum == sums.end()) sum = sums.insert(sum, Sum(c.part));
-                                sum->density += c.density;
-                                sum->colour += c.density * c.colour;
-                                total += c.density;
-                                if (!c.directed) return;
-                                // t tᵀ of the directions that the voxel stands for: one along, the
-                                // square of the spread across.
-                                const double s2 = spreadOf(c.spread_code) * spreadOf(c.spread_code),
-                                             w = c.density / (1 + 2 * s2);
-                                sum->directions.add(w * (1 - s2), c.direction);
-                                sum->around += w * s2;
-                            });
-                        }
-                        const float density = t.m_density[i * 512 + n];
-                        for (Sum& s : sums) {
-                            s.directions.xx += s.around;
-                            s.directions.yy += s.around;
-                            s.directions.zz += s.around;
-                            const Vec3d direction = principalDirection(s.directions).stored(),
-                                        colour = s.colour / s.density;
-                            entries.push_back({n, s.part, float(density * s.density / total),
-                                               Vec3f(direction), Vec3f(colour)});
-                            leaf.colour_scale =
-                                std::max(leaf.colour_scale,
-                                         float(std::max({colour[0], colour[1], colour[2]})));
-                        }
-                    }
-                    for (int w = 1; w < 8; ++w)
-                        leaf.before[w] = std::uint16_t(leaf.before[w - 1]
-                                                       + __builtin_popcountll(leaf.mask[w - 1]));
-                    Filled& out = filled[i - start];
-                    for (std::size_t e = 0; e < entries.size();) {
-                        std::size_t end = e + 1;
-                        while (end < entries.size() && entries[end].voxel == entries[e].voxel)
-                            ++end;
-                        for (std::size_t k = e; k < end; ++k) {
-                            const std::uint64_t record =
-                                pack(entries[k].direction, entries[k].colour, leaf.colour_scale,
-                                     entries[k].part);
-                            leaf.directed_fibres |= t.m_is_fibre[entries[k].part]
-                                && int(record >> 24 & 63) != kSpreadCodes;
-                            if (end - e == 1 && t.m_parts.size() <= kMostParts)
-                                out.records.push_back(record);
-                            else
-                                out.shared.push_back({record, entries[k].density, entries[k].part});
-                        }
-                        if (end - e > 1 || t.m_parts.size() > kMostParts)
-                            out.records.push_back(kShared << 60 | std::uint64_t(end - e) << 32
-                                                  | (out.shared.size() - (end - e)));
-                        e = end;
-                    }
-                }
-            });
-    };
-    for (std::size_t start = 0; start < sources.size(); start += kBatch) {
-        fill(start);
-        for (std::size_t i = start; i < start + filled.size(); ++i) {
-            const Filled& more = filled[i - start];
-            Leaf& l = t.m_leaves[i];
-            l.first = std::uint32_t(t.m_records.size());
-            for (const std::uint64_t record : more.records)
-                t.m_records.push_back(record >> 60 == kShared ? record + t.m_shared.size()
-                                                              : record);
-            t.m_scatter_ratio.insert(t.m_scatter_ratio.end(), more.scatter_ratio.begin(),
-                                     more.scatter_ratio.end());
-            t.m_shared.insert(t.m_shared.end(), more.shared.begin(), more.shared.end());
-            t.m_voxels += l.uniform ? 0 : l.before[7] + __builtin_popcountll(l.mask[7]);
-            t.m_directed_fibres |= l.directed_fibres;
+    using LeafRatios = std::array<ScatterRatio, kLeafSize>;
+
+    // Leaf after leaf in the order of their places. If eight places have the same leaf, which only
+    // tiles have, so has the coarser place.
+    void addPlaces()
+    {
+        std::vector<Coord> places, nodes;
+        m_fine.forEachCell([&](const Coord& o, int) {
+            places.emplace_back((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7);
+        });
+        sortAndKeepOneOfEach(places);
+        for (const Coord& place : places) nodes.push_back(place & ~(kNodeDim - 1));
+        sortAndKeepOneOfEach(nodes);
+        m_tree.m_places = NodeTable(nodes.size());
+        for (const Coord& node : nodes) m_tree.m_places.insert(node, m_tree.m_places.addTable());
+        std::map<int, int> tiles;
+        for (const Coord& place : places) {
+            Octants octants;
+            for (int k = 0; k < 8; ++k)
+                octants[k] =
+                    m_fine.leafAt(2 * place[0] + 8 * (k >> 2), 2 * place[1] + 8 * (k >> 1 & 1),
+                                  2 * place[2] + 8 * (k & 1));
+            int leaf = int(m_leaves.size());
+            if (isTile(octants)) leaf = tiles.emplace(octants[0], leaf).first->second;
+            if (leaf == int(m_leaves.size())) {
+                m_leaves.push_back(octants);
+                m_uses.push_back(0);
+            }
+            ++m_uses[leaf];
+            m_tree.m_places.setLeaf(place, leaf);
+            m_tree.m_bounds.expand(openvdb::CoordBBox(place, place.offsetBy(kLeafDim - 1)));
         }
     }
-    for (const float density : t.m_density) t.m_max_density = std::max(t.m_max_density, density);
-    return t;
+
+    static void sortAndKeepOneOfEach(std::vector<Coord>& coords)
+    {
+        std::sort(coords.begin(), coords.end());
+        coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+    }
+    static bool isTile(const Octants& octants)
+    {
+        return std::all_of(octants.begin(), octants.end(),
+                           [&](int leaf) { return leaf == octants[0]; });
+    }
+
+    Filled fillLeaf(std::size_t index)
+    {
+        Leaf& leaf = m_tree.m_leaves[index];
+        const Octants& octants = m_leaves[index];
+        leaf.uniform = isTile(octants);
+        leaf.colour_scale = 0;
+        LeafRatios ratios;
+        for (int octant = 0; octant < 8; ++octant)
+            if (octants[octant] != kEmpty) fillOctant(index, octant, ratios);
+        countBefore(leaf);
+        Filled filled;
+        std::vector<Entry> entries;
+        std::vector<PartSum> sums;
+        for (int n = 0; n < (leaf.uniform ? 1 : kLeafSize); ++n) {
+            if (!(leaf.mask[n >> 6] >> (n & 63) & 1)) continue;
+            filled.scatter_ratio.push_back(ratios[n]);
+            const double total = sumParts(octants[octantOf(n)], firstOf(n), sums);
+            addEntries(n, m_tree.m_density[index * kLeafSize + n], total, sums, leaf, entries);
+        }
+        packEntries(entries, leaf, filled);
+        return filled;
+    }
+
+    // Densities, mask and scatter ratios of a leaf's octant, from the leaf of the finer tree there.
+    void fillOctant(std::size_t index, int octant, LeafRatios& ratios)
+    {
+        const int child = m_leaves[index][octant];
+        const VoxelMask& mask = m_fine.m_leaves[child].mask;
+        Leaf& leaf = m_tree.m_leaves[index];
+        const int corner = offset((octant >> 2) * 4, (octant >> 1 & 1) * 4, (octant & 1) * 4);
+        for (int x = 0; x < 4; ++x) {
+            // A bit for each coarser voxel, at the first of those that it stands for.
+            std::uint64_t any = mask[2 * x] | mask[2 * x + 1];
+            any |= any >> 8;
+            any = (any | any >> 1) & 0x0055005500550055;
+            for (; any; any &= any - 1) {
+                const int at = __builtin_ctzll(any),
+                          n = corner + (x << 6 | (at >> 4) << 3 | (at & 7) >> 1);
+                const CoarserVoxel v = coarserOf(child, 2 * x << 6 | at);
+                if (!(float(v.density) > 0)) continue;
+                m_tree.m_density[index * kLeafSize + n] = float(v.density);
+                ratios[n] = v.scatter_ratio;
+                leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
+            }
+        }
+    }
+
+    // The voxel for the eight of a leaf that begin at `first`.
+    CoarserVoxel coarserOf(int child, int first) const
+    {
+        const float* finer = m_fine.densities(child);
+        std::array<double, 8> densities;
+        std::array<ScatterRatio, 8> ratios;
+        ratios.fill(kHomogeneous);
+        for (int k = 0; k < 8; ++k) {
+            densities[k] = finer[first + kSteps[k]];
+            if (densities[k] > 0) ratios[k] = m_fine.scatterRatio(child, first + kSteps[k]);
+        }
+        return coarserVoxel(densities, ratios, m_extinction);
+    }
+
+    // What each part has in the eight voxels of a leaf that begin at `first`. Returns the sum of
+    // their densities.
+    double sumParts(int child, int first, std::vector<PartSum>& sums) const
+    {
+        const Leaf& from = m_fine.m_leaves[child];
+        double total = 0;
+        sums.clear();
+        for (const int step : kSteps) {
+            const int voxel = first + step;
+            if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
+            m_fine.contents(child, voxel, [&](const VoxelContent& c) {
+                auto sum = std::find_if(sums.begin(), sums.end(),
+                                        [&](const PartSum& s) { return s.part == c.part; });
+                if (sum == sums.end()) sum = sums.insert(sum, PartSum(c.part));
+                sum->add(c);
+                total += c.density;
+            });
+        }
+        return total;
+    }
+
+    // Shares a voxel's density out to its parts, as they share `total`.
+    static void addEntries(int voxel, float density, double total, const std::vector<PartSum>& sums,
+                           Leaf& leaf, std::vector<Entry>& entries)
+    {
+        for (const PartSum& s : sums) {
+            const Vec3d colour = s.colour / s.density;
+            entries.push_back(
+                {voxel, s.part, float(density * s.density / total), s.direction(), Vec3f(colour)});
+            leaf.colour_scale =
+                std::max(leaf.colour_scale, float(std::max({colour[0], colour[1], colour[2]})));
+        }
+    }
+
+    void packEntries(const std::vector<Entry>& entries, Leaf& leaf, Filled& to) const
+    {
+        const bool lists_only = m_tree.m_parts.size() > VoxelRecord::kMostParts;
+        for (std::size_t first = 0, end; first < entries.size(); first = end) {
+            for (end = first + 1; end < entries.size(); ++end)
+                if (entries[end].voxel != entries[first].voxel) break;
+            const bool list = lists_only || end - first > 1;
+            if (list)
+                to.records.push_back(
+                    VoxelRecord::list(std::uint32_t(to.shared.size()), std::uint32_t(end - first)));
+            for (std::size_t i = first; i < end; ++i) {
+                const Entry& e = entries[i];
+                const VoxelRecord record(e.direction, e.colour, leaf.colour_scale, e.part);
+                leaf.directed_fibres |= m_tree.isDirectedFibre(record, e.part);
+                if (list) to.shared.push_back({record, e.density, e.part});
+                else to.records.push_back(record);
+            }
+        }
+    }
+
+    void append(std::size_t index, const Filled& filled)
+    {
+        m_tree.m_leaves[index].first = std::uint32_t(m_tree.m_records.size());
+        const auto lists_before = std::uint32_t(m_tree.m_shared.size());
+        for (const VoxelRecord record : filled.records)
+            m_tree.m_records.push_back(record.isList() ? VoxelRecord::list(
+                                           record.listStart() + lists_before, record.listCount())
+                                                       : record);
+        m_tree.m_scatter_ratio.insert(m_tree.m_scatter_ratio.end(), filled.scatter_ratio.begin(),
+                                      filled.scatter_ratio.end());
+        m_tree.m_shared.insert(m_tree.m_shared.end(), filled.shared.begin(), filled.shared.end());
+    }
+
+    VoxelTree& m_tree;
+    const VoxelTree& m_fine;
+    const double m_extinction; // optical depth of density 1 over a finer voxel
+    std::vector<Octants> m_leaves;
+    std::vector<std::uint64_t> m_uses; // by leaf: the places that have it
+};
+
+VoxelTree VoxelTree::coarser(const VoxelTree& fine, double tau)
+{
+    VoxelTree tree;
+    Coarsener(tree, fine, tau).run();
+    return tree;
 }
 
 } // namespace volcomp

@@ -6,7 +6,9 @@
 
 #include "volcomp/base/random.h"
 #include "volcomp/render/render.h"
+#include "volcomp/render/tree/voxel_tree_io.h"
 #include "volcomp/volume/vdb_io.h"
+#include "tests/support/temporary_folder.h"
 
 namespace volcomp {
 namespace {
@@ -18,18 +20,11 @@ protected:
     void SetUp() override
     {
         openvdb::initialize();
-        m_dir = fs::path(testing::TempDir())
-            / ("voxel_levels_"
-               + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-        fs::remove_all(m_dir);
-        fs::create_directories(m_dir);
-        m_file = m_dir / "volume.vdb";
         writeVolume(m_file, strands());
     }
-    void TearDown() override { fs::remove_all(m_dir); }
 
-    // Two materials that overlap, 40 x 40 x 400 voxels around the origin and away from it along z,
-    // away from the grid's origin too.
+    // Two materials that overlap, in 40 x 40 x 400 voxels that reach from the origin along z, in a
+    // grid whose origin is not the world's.
     static Volume strands()
     {
         Volume volume;
@@ -61,7 +56,7 @@ protected:
         return volume;
     }
 
-    // Sees voxels from a few pixels' width to a few in a pixel.
+    // The nearest voxels are a few pixels wide; of the farthest a few fit into a pixel.
     static Camera camera()
     {
         Camera c;
@@ -81,12 +76,13 @@ protected:
         return p;
     }
 
-    fs::path m_dir, m_file;
+    const TemporaryFolder m_folder;
+    const fs::path m_file = m_folder / "volume.vdb";
 };
 
 } // namespace
 
-// The levels of a file are those that are made of the volume, to the precision of half floats.
+// The levels of a file are those that are made from the volume, to the precision of half floats.
 TEST_F(StoredLevels, AreThoseThatAreMade)
 {
     const std::vector<VoxelLevel> made = readVoxelLevels(m_file, camera(), params());
@@ -145,7 +141,7 @@ TEST_F(StoredLevels, AreThoseThatAreMade)
     EXPECT_LT(std::sqrt(difference), 1e-3 * mean);
 }
 
-// What is rendered is what the file of the level holds.
+// A level is read from its file, not made again: here the file holds something else.
 TEST_F(StoredLevels, AreWhatIsRead)
 {
     writeVoxelLevels(m_file, params().tau);
@@ -165,7 +161,7 @@ TEST_F(StoredLevels, AreWhatIsRead)
     EXPECT_DOUBLE_EQ(readVoxelLevels(m_file, far, fine).at(0).tree->voxelSize(), 0.02);
 }
 
-// Levels of another volume, of another opacity or incomplete ones are not taken.
+// Levels of another volume or another tau are not taken, nor are incomplete ones.
 TEST_F(StoredLevels, OfSomethingElseAreNotRead)
 {
     EXPECT_EQ(storedLevels(m_file, 1), 0);
@@ -173,13 +169,13 @@ TEST_F(StoredLevels, OfSomethingElseAreNotRead)
     const int count = storedLevels(m_file, 1);
     ASSERT_GE(count, 3);
     EXPECT_EQ(storedLevels(m_file, 1.01), 0);
-    fs::rename(levelFile(m_file, 2), m_dir / "away");
+    fs::rename(levelFile(m_file, 2), m_folder / "away");
     EXPECT_EQ(storedLevels(m_file, 1), 0);
     EXPECT_EQ(
         readVoxelLevels(m_file, camera(), params()).size(),
         voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(m_file)), camera(), params())
             .size());
-    fs::rename(m_dir / "away", levelFile(m_file, 2));
+    fs::rename(m_folder / "away", levelFile(m_file, 2));
     EXPECT_EQ(storedLevels(m_file, 1), count);
     fs::remove(levelFile(m_file, count));
     EXPECT_EQ(storedLevels(m_file, 1), 0);
@@ -191,6 +187,47 @@ TEST_F(StoredLevels, OfSomethingElseAreNotRead)
     EXPECT_EQ(storedLevels(m_file, 1), count);
     writeVolume(m_file, strands());
     EXPECT_EQ(storedLevels(m_file, 1), 0);
+}
+
+// Files of 0.1.0 have no number of their version, and call their scatter ratios `shown`. They are
+// as if they were not there, and are written anew.
+TEST_F(StoredLevels, OfAnOlderVersionAreNotRead)
+{
+    writeVoxelLevels(m_file, 1);
+    const int count = storedLevels(m_file, 1);
+    ASSERT_GE(count, 3);
+    const fs::path file = levelFile(m_file, 1);
+    openvdb::io::File in(file.string());
+    in.open(false);
+    const openvdb::GridPtrVecPtr grids = in.getGrids();
+    openvdb::MetaMap meta(*in.getMetadata());
+    in.close();
+    EXPECT_EQ(meta.metaValue<std::int32_t>("volcomp_levels_version"), 2);
+    meta.removeMeta("volcomp_levels_version");
+    int renamed = 0;
+    for (const openvdb::GridBase::Ptr& grid : *grids)
+        if (std::string name = grid->getName(); name.rfind("scatter_ratio", 0) == 0) {
+            grid->setName(name.replace(0, 13, "shown"));
+            ++renamed;
+        }
+    EXPECT_EQ(renamed, 2);
+    openvdb::io::File out(file.string());
+    out.write(*grids, meta);
+    out.close();
+
+    EXPECT_EQ(storedLevels(m_file, 1), 0);
+    const std::vector<VoxelLevel> levels = readVoxelLevels(m_file, camera(), params());
+    ASSERT_GE(levels.size(), 2u);
+    const VoxelTree& tree = *levels.back().tree; // made, as if there were no files
+    double greatest = 0;
+    tree.forEachCell([&](const openvdb::Coord&, int leaf) {
+        for (int n = 0; n < 512; ++n)
+            if (tree.densities(leaf)[n] > 0)
+                greatest = std::max(greatest, std::abs(tree.scatterRatio(leaf, n)[1] - 1.0));
+    });
+    EXPECT_GT(greatest, 0.05);
+    writeVoxelLevels(m_file, 1);
+    EXPECT_EQ(storedLevels(m_file, 1), count);
 }
 
 TEST_F(StoredLevels, OfAnEmptyVolumeAreNone)

@@ -1,0 +1,106 @@
+#include "volcomp/place/placed_scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "volcomp/base/error.h"
+#include "volcomp/place/scatter.h"
+
+namespace volcomp {
+namespace {
+
+PlacedSurface loadPlacedSurface(const SurfaceSpec& spec)
+{
+    PlacedSurface s{spec.name, loadSurface(spec), spec.skin, SecondDensity()};
+    if (spec.skin.material.empty()) return s;
+    s.skin_colour = SecondDensity(spec.skin.maps, true);
+    if (s.skin_colour.usesUv() && !s.surface.hasUv())
+        throw Error(
+            "surface '" + spec.name
+            + "': its skin_map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+    return s;
+}
+
+/// Index of the element of that name. Throws Error if there is none.
+template <class T>
+std::int32_t indexOf(const std::vector<T>& list, const std::string& name, const Layer& layer,
+                     const char* what)
+{
+    const auto it =
+        std::find_if(list.begin(), list.end(), [&](const T& x) { return x.name == name; });
+    if (it == list.end())
+        throw Error(fmt::format("layer '{}': expected the name of a {}, found '{}'", layer.name,
+                                what, name));
+    return static_cast<std::int32_t>(it - list.begin());
+}
+
+LayerBoxes boxesOf(const std::vector<BoxKind>& kinds, const Layer& layer)
+{
+    const std::int32_t kind = indexOf(kinds, layer.box, layer, "box");
+    LayerBoxes boxes{0, kinds[kind].variants};
+    for (std::int32_t k = 0; k < kind; ++k) boxes.first += kinds[k].variants;
+    return boxes;
+}
+
+PlacedLayer makeLayer(const std::vector<PlacedSurface>& surfaces, const Layer& layer)
+{
+    PlacedLayer placed;
+    placed.layer = layer;
+    placed.surface = indexOf(surfaces, layer.surface, layer, "surface");
+    placed.tints_voxels = layer.tint == TintAt::voxel && !layer.colour.empty();
+    if (placed.tints_voxels) placed.tint = SecondDensity(layer.colour, true);
+    return placed;
+}
+
+} // namespace
+
+PlacedScene place(const std::vector<SurfaceSpec>& surfaces, const std::vector<Layer>& layers,
+                  std::vector<BoxKind> kinds, const PlaceOptions& options, const Progress& progress)
+{
+    const double steps = double(surfaces.size() + layers.size());
+    double done = 0;
+    PlacedScene scene;
+    scene.kinds = std::move(kinds);
+    for (const SurfaceSpec& spec : surfaces) {
+        scene.surfaces.push_back(loadPlacedSurface(spec));
+        report(progress, ++done / steps);
+    }
+    for (const Layer& layer : layers) scene.layers.push_back(makeLayer(scene.surfaces, layer));
+    // A walk over the mesh begins at the triangle under the box.
+    const bool walks = std::any_of(scene.layers.begin(), scene.layers.end(),
+                                   [](const PlacedLayer& l) { return l.tints_voxels; });
+    const KeptPlaces kept{walks, options.keep_uvs};
+    PlacementCollector collector;
+    for (std::size_t i = 0; i < scene.layers.size(); ++i) {
+        PlacedLayer& l = scene.layers[i];
+        const std::size_t before = collector.size();
+        scatter(scene.surfaces[l.surface].surface, l.layer, boxesOf(scene.kinds, l.layer),
+                static_cast<int>(i), kept, collector,
+                [&](double f) { report(progress, (done + f) / steps); });
+        l.boxes = collector.size() - before;
+        ++done;
+    }
+    scene.boxes = collector.take();
+    report(progress, 1);
+    return scene;
+}
+
+PlacedScene placedBoxes(std::vector<Placement> placements)
+{
+    PlacedScene scene;
+    scene.boxes.placements = std::move(placements);
+    return scene;
+}
+
+std::vector<std::string> boxNames(const std::vector<BoxKind>& kinds)
+{
+    std::vector<std::string> names;
+    for (const BoxKind& kind : kinds)
+        for (int variant = 0; variant < kind.variants; ++variant)
+            names.push_back(fmt::format("{}_{}", kind.name, variant + 1));
+    return names;
+}
+
+} // namespace volcomp

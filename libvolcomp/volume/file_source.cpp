@@ -1,0 +1,27 @@
+#include "volcomp/volume/file_source.h"
+
+#include "volcomp/volume/mapped_pages.h"
+#include "volcomp/volume/vdb_io.h"
+
+namespace volcomp {
+
+FileSource::FileSource(const std::filesystem::path& file) : FileSource(file, readVolume(file, true))
+{
+}
+
+FileSource::FileSource(const std::filesystem::path& file, const Volume& volume)
+    : VolumeSource(volume, TakenBlocks::freed), m_file(file)
+{
+    // So about a hundredth of the mapped file is in memory at a time.
+    std::size_t leaves = 0;
+    for (const VolumePart& part : volume.parts) leaves += part.density->tree().leafCount();
+    m_forget_every = leaves / 100 + 1;
+}
+
+void FileSource::take(const openvdb::Coord& block, BlockVoxels& voxels) const
+{
+    VolumeSource::take(block, voxels);
+    if (++m_count % m_forget_every == 0) forgetMappedPages(m_file);
+}
+
+} // namespace volcomp

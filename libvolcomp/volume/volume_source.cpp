@@ -1,0 +1,210 @@
+// The blocks of OpenVDB grids.
+#include <algorithm>
+
+#include "volcomp/base/error.h"
+#include "volcomp/volume/block_source.h"
+
+namespace volcomp {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatNode = FloatTree::RootNodeType::ChildNodeType::ChildNodeType;
+using FloatLeaf = FloatTree::LeafNodeType;
+using VectorNode = openvdb::Vec3STree::RootNodeType::ChildNodeType::ChildNodeType;
+using VectorLeaf = openvdb::Vec3STree::LeafNodeType;
+static_assert(FloatNode::DIM == kNodeDim && FloatLeaf::DIM == kLeafDim);
+
+constexpr VoxelMask kAllVoxels = [] {
+    VoxelMask mask{};
+    for (std::uint64_t& word : mask) word = ~std::uint64_t(0);
+    return mask;
+}();
+
+std::vector<PartInfo> partsOf(const Volume& volume)
+{
+    std::vector<PartInfo> parts;
+    for (const VolumePart& part : volume.parts)
+        parts.push_back({part.material, part.kind, part.density->getName(),
+                         part.direction != nullptr, part.colour != nullptr,
+                         part.scatter_ratio != nullptr, part.uniform_colour});
+    return parts;
+}
+
+openvdb::math::Transform::ConstPtr transformOf(const Volume& volume)
+{
+    if (volume.parts.empty()) throw Error("the volume has no parts: there is nothing to render");
+    return volume.parts[0].density->transformPtr();
+}
+
+// The density's value for all of a block without a leaf; 0 if it is inactive.
+float tileOf(const VolumePart& part, const Coord& block)
+{
+    float tile = 0;
+    return part.density->tree().probeValue(block, tile) ? tile : 0;
+}
+
+template <class Node>
+bool hasNode(const openvdb::Vec3SGrid::Ptr& grid, const Coord& at)
+{
+    return grid && grid->tree().probeConstNode<Node>(at);
+}
+template <class Node>
+bool vectorsHaveNode(const VolumePart& part, const Coord& at)
+{
+    return hasNode<Node>(part.direction, at) || hasNode<Node>(part.colour, at)
+        || hasNode<Node>(part.scatter_ratio, at);
+}
+
+// The vectors of a mask's voxels: one, if the grid has no leaf there. Reads them from the file, if
+// they are still there.
+void takeVectors(const openvdb::Vec3SGrid::Ptr& grid, const Coord& block, const VoxelMask& mask,
+                 std::vector<Vec3f>& to)
+{
+    if (!grid) return;
+    const VectorLeaf* leaf = grid->tree().probeConstLeaf(block);
+    if (!leaf) {
+        to.push_back(grid->tree().getValue(block));
+        return;
+    }
+    const Vec3f* values = leaf->buffer().data();
+    for (int x = 0; x < 8; ++x)
+        for (std::uint64_t left = mask[x]; left; left &= left - 1)
+            to.push_back(values[x << 6 | __builtin_ctzll(left)]);
+}
+
+void takePart(const VolumePart& part, const Coord& block, PartVoxels& to)
+{
+    to.clear();
+    if (const FloatLeaf* leaf = part.density->tree().probeConstLeaf(block)) {
+        const float* values = leaf->buffer().data();
+        bool any = false;
+        for (int x = 0; x < 8; ++x)
+            for (std::uint64_t left = leaf->valueMask().getWord<std::uint64_t>(x); left;
+                 left &= left - 1) {
+                const float density = values[x << 6 | __builtin_ctzll(left)];
+                if (density == 0) continue;
+                to.mask[x] |= left & ~(left - 1);
+                to.density.push_back(density);
+                any = true;
+            }
+        if (!any) return;
+    } else {
+        const float tile = tileOf(part, block);
+        if (tile == 0) return;
+        to.mask = kAllVoxels;
+        to.density.push_back(tile);
+    }
+    takeVectors(part.direction, block, to.mask, to.direction);
+    takeVectors(part.scatter_ratio, block, to.mask, to.scatter_ratio);
+    takeVectors(part.colour, block, to.mask, to.colour);
+    if (!part.colour) to.colour.push_back(part.uniform_colour);
+}
+
+// Frees the values of a tree's leaf; the leaf and its mask stay.
+template <class Grid>
+void freeLeaf(const std::shared_ptr<Grid>& grid, const Coord& block)
+{
+    using Leaf = typename Grid::TreeType::LeafNodeType;
+    Leaf* leaf = grid ? grid->tree().probeLeaf(block) : nullptr;
+    if (!leaf) return;
+    typename Leaf::Buffer nothing(openvdb::PartialCreate(),
+                                  openvdb::zeroVal<typename Leaf::ValueType>());
+    leaf->swap(nothing);
+}
+
+} // namespace
+
+void PartVoxels::clear()
+{
+    mask = {};
+    density.clear();
+    direction.clear();
+    colour.clear();
+    scatter_ratio.clear();
+}
+
+VolumeSource::VolumeSource(Volume volume, TakenBlocks taken)
+    : BlockSource(partsOf(volume), transformOf(volume)), m_volume(std::move(volume)), m_taken(taken)
+{
+    for (const VolumePart& part : m_volume.parts)
+        for (const openvdb::GridBase::Ptr& grid :
+             {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction),
+              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio)})
+            if (grid && grid->transform() != transform())
+                throw Error("the volume's grids have different transforms; resample them to one");
+}
+
+std::vector<Coord> VolumeSource::nodes() const
+{
+    std::vector<Coord> origins;
+    for (const VolumePart& part : m_volume.parts) {
+        const auto& root = part.density->tree().root();
+        for (auto child = root.cbeginChildOn(); child; ++child) {
+            for (auto node = child->cbeginChildOn(); node; ++node)
+                origins.push_back(node->origin());
+            for (auto tile = child->cbeginValueOn(); tile; ++tile)
+                origins.push_back(tile.getCoord());
+        }
+        for (auto tile = root.cbeginValueOn(); tile; ++tile) {
+            constexpr int kRootDim = 4096; // voxels along an edge of the root's tiles
+            for (int x = 0; x < kRootDim; x += kNodeDim)
+                for (int y = 0; y < kRootDim; y += kNodeDim)
+                    for (int z = 0; z < kRootDim; z += kNodeDim)
+                        origins.push_back(tile.getCoord().offsetBy(x, y, z));
+        }
+    }
+    std::sort(origins.begin(), origins.end());
+    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    return origins;
+}
+
+NodeBlocks VolumeSource::blocks(const Coord& origin) const
+{
+    NodeBlocks result;
+    result.one_tile = true;
+    for (const VolumePart& part : m_volume.parts) {
+        const FloatNode* node = part.density->tree().probeConstNode<FloatNode>(origin);
+        const bool vectors = vectorsHaveNode<VectorNode>(part, origin),
+                   tile = !node && tileOf(part, origin) != 0;
+        if (node || vectors) result.one_tile = false;
+        if (tile) result.tiles.set();
+        if (!node && !(tile && vectors)) continue;
+        for (int n = 0; n < kNodeSize; ++n) {
+            const Coord block = origin + leafInNode(n);
+            const auto at = openvdb::Index(node ? FloatNode::coordToOffset(block) : 0);
+            const bool leaf = node && node->isChildMaskOn(at),
+                       active = node ? node->isValueMaskOn(at) : tile;
+            if (leaf || (active && vectors && vectorsHaveNode<VectorLeaf>(part, block)))
+                result.voxels.set(n);
+            else if (active) result.tiles.set(n);
+        }
+    }
+    result.tiles &= ~result.voxels;
+    if (result.tiles.none()) result.one_tile = false;
+    return result;
+}
+
+VoxelMask VolumeSource::mayHold(const Coord& block, std::size_t part) const
+{
+    VoxelMask mask{};
+    if (const FloatLeaf* leaf = m_volume.parts[part].density->tree().probeConstLeaf(block))
+        for (int x = 0; x < 8; ++x) mask[x] = leaf->valueMask().getWord<std::uint64_t>(x);
+    else if (tileOf(m_volume.parts[part], block) != 0) mask = kAllVoxels;
+    return mask;
+}
+
+void VolumeSource::take(const Coord& block, BlockVoxels& voxels) const
+{
+    voxels.resize(m_volume.parts.size());
+    for (std::size_t p = 0; p < voxels.size(); ++p) takePart(m_volume.parts[p], block, voxels[p]);
+    if (m_taken == TakenBlocks::stay) return;
+    for (const VolumePart& part : m_volume.parts) {
+        freeLeaf(part.density, block);
+        freeLeaf(part.direction, block);
+        freeLeaf(part.colour, block);
+        freeLeaf(part.scatter_ratio, block);
+    }
+}
+
+} // namespace volcomp
