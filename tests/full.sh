@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What takes too long for .ci/run: tests/full.sh. Run it, after .ci/run, before a release or before
 # something large is called done. Takes about TODO on two cores.
 set -euo pipefail

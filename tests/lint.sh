@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Holds the sources to .clang-format and .clang-tidy: tests/lint.sh [SOURCE...]; without arguments,
 # all of them. Ten minutes on two cores the first time; then it looks only at what has changed.
 set -euo pipefail

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by .ci/run and tests/full.sh: runs steps one after another, times them and counts.
 . "$(dirname "${BASH_SOURCE[0]}")/../scenes/prepare.sh" none
 cd "$root"

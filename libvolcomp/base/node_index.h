@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the lowest two levels of an OpenVDB tree are numbered: leaves of 8^3 voxels, and nodes of
 // 16^3 leaves. Numbers run with z fastest. Coordinates may be negative.
 #pragma once

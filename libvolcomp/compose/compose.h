@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From boxes and placements to one sparse volume (MODEL section 8).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One part of a box at its place among the voxels of a composite: which tiles it reaches, and what
 // it adds to each.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surface itself as a thin shell of voxels with normals, so that nobody sees through the fur.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sources of one material, sorted by the tiles that they reach. compose() and its estimate work
 // through them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A colour that is looked up at every voxel of a layer's boxes, so that a pattern's border can cut
 // through a tuft.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the ray of one pixel met: every interval, its particles and the light of each lamp.
 //
 // The terms add up to the pixel of a render with one sample. Nothing is computed a second way: the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all pixels of one picture share, prepared once: materials, camera rays, levels of detail and
 // swept light.
 #pragma once

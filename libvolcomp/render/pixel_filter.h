@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the samples of a pixel lie: the reconstruction filter, by importance sampling.
 //
 // The samples of a pixel are distributed by the filter's weight (Ernst, Stamminger, Greiner: Filter

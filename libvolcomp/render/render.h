@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a volume to a picture: ray marching with closed forms per voxel (MODEL sections 3 to 5).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a picture is computed: every approximation has its switch here.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reflection of light by one voxel (MODEL sections 4 and 5; paper, equations (5) to (11); Torrance
 // and Sparrow 1967, Cook and Torrance 1981).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A picture tile by tile, and all tiles in passes with pauses to show and to save what is done.
 #pragma once
 

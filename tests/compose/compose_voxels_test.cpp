@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one voxel holds where boxes meet: directions, spread, materials, colour.
 #include <cmath>
 #include <utility>

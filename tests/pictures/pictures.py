@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes small pictures of the scenes and compares them with those in this folder.
 
     pictures.py check BIN FAILED NAME...   fails if a picture is not the one in this folder, and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-render --explain as a process: the table on its output, no picture needed, and errors.
 #include <cstdlib>
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-render run as a process: its options, and renders that are stopped and resumed.
 #include <chrono>
 #include <filesystem>

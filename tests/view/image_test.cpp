@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures written and read back: PNG against the formulas of sRGB, EXR bit by bit.
 #include "volcomp/view/image.h"
 

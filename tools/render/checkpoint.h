@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The file beside a picture that keeps the state of a stopped render.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The options of volcomp-render that stand for keys of the scene's [render] table, and its pixels.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-render: makes a picture of a volume file with a scene's camera and lights.
 #include <csignal>
 #include <iostream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rays that a light is swept along: a square lattice on every plane across one axis of the
 // grid.
 //

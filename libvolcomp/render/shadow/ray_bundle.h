@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inner loops of the sweep: 16 x 16 rays of a light on their way through one layer of leaves.
 //
 // They work on plain arrays and are compiled once for each instruction set (Highway); the best one

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light that is swept through the volume once, instead of a ray for each shaded voxel and light:
 // the cheap shadows (MODEL section 3).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which part of a light's field is asked for, and what is kept of it.
 #include "volcomp/render/shadow/shadow_sweeper.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How ShadowSweep's light is pushed through the volume; shadow_sweep.cpp alone uses it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the rays of a light are pushed through one layer of leaves.
 #include "volcomp/render/shadow/shadow_sweeper.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The coarser levels of a volume that a camera needs (MODEL section 8), made from the volume or
 // read from files beside it.
 //

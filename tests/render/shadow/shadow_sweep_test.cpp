@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/shadow/shadow_sweep.h"
 
 #include <cmath>

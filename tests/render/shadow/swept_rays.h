@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rays of ShadowSweep once more, in doubles and one by one, as its headers describe them; its
 // test alone uses this.
 #pragma once
