@@ -8,8 +8,7 @@
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/RayIntersector.h>
 
-#include "volcomp/render/march/dual_march.h"
-#include "volcomp/render/march/march.h"
+#include "volcomp/render/march/integration.h"
 #include "volcomp/base/parallel.h"
 #include "volcomp/base/random.h"
 #include "volcomp/render/render.h"
@@ -97,36 +96,32 @@ void report(benchmark::State& state, double steps, double transmittance)
     state.counters["transmittance"] = transmittance / double(rays().origins.size());
 }
 
-void boxTransmittance(benchmark::State& state)
+/// The mean transmittance of the rays with a filter, through the library's own choice of
+/// instructions.
+void transmittance(benchmark::State& state, Filter filter)
 {
-    const VoxelTree& t = tree();
+    RenderParams params;
+    params.filter = filter;
+    params.cutoff = 0;
+    params.tau = kExtinction;
+    const MarchScene scene(tree(), {Material()}, {}, params);
+    const double shift = scene.dual ? 0 : 0.5;
     double sum = 0;
     for (auto _ : state) {
         sum = 0;
-        for (const Vec3d& o : rays().origins)
-            sum += std::exp(-kExtinction
-                            * lineIntegral<false>(
-                                t, MarchRay(t, o + Vec3d(0.5), rays().direction, MarchRay::kFar),
-                                rays().direction, MarchRay::kFar));
+        for (const Vec3d& o : rays().origins) {
+            const Vec3d& d = rays().direction;
+            const MarchRay r = scene.dual
+                ? MarchRay(*scene.dual, o, d, MarchRay::kFar)
+                : MarchRay(scene.tree, o + Vec3d(shift), d, MarchRay::kFar);
+            sum += std::exp(-depthAlong(scene, r, d));
+        }
     }
-    report(state, stepsThrough(t, 0.5), sum);
+    report(state, scene.dual ? stepsThrough(*scene.dual, 0) : stepsThrough(tree(), shift), sum);
 }
+void boxTransmittance(benchmark::State& state) { transmittance(state, Filter::box); }
 BENCHMARK(boxTransmittance)->Unit(benchmark::kMillisecond);
-
-void trilinearTransmittance(benchmark::State& state)
-{
-    const DualTree dual(tree());
-    double sum = 0;
-    for (auto _ : state) {
-        sum = 0;
-        for (const Vec3d& o : rays().origins)
-            sum +=
-                std::exp(-kExtinction
-                         * lineIntegral(dual, MarchRay(dual, o, rays().direction, MarchRay::kFar),
-                                        MarchRay::kFar));
-    }
-    report(state, stepsThrough(dual, 0), sum);
-}
+void trilinearTransmittance(benchmark::State& state) { transmittance(state, Filter::trilinear); }
 BENCHMARK(trilinearTransmittance)->Unit(benchmark::kMillisecond);
 
 /// As OpenVDB's own tools do it: depthOf(intersector, ray) for the rays that VolumeRayIntersector

@@ -71,7 +71,7 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, do
         if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
     BoxSources packed;
     packed.boxes.resize(boxes.size());
-    const auto use = [&](const std::string& m) {
+    const auto addMaterial = [&](const std::string& m) {
         if (std::find(packed.materials.begin(), packed.materials.end(), m)
             == packed.materials.end())
             packed.materials.push_back(m);
@@ -84,9 +84,9 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, do
                 for (int n = levelFor(levels[0].voxel * smallest[b] / voxel);
                      n > 0 && levels.back().voxels.size() > 1; --n)
                     levels.push_back(coarsen(levels.back()));
-                use(part.material);
+                addMaterial(part.material);
             }
-    for (const Skin& skin : skinsOf(scene)) use(skin.material());
+    for (const Skin& skin : skinsOf(scene)) addMaterial(skin.material());
     return packed;
 }
 
@@ -119,8 +119,8 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
         std::uint64_t source = m_entries[i].source;
         if (source < m_placements.size()) {
             const Placement& p = m_placements[source];
-            // Where directions are equally strong the earlier placement's wins (MODEL section 8):
-            // it counts for up to 1/4096 more, less than a half float shows.
+            // If directions are equally strong, the earlier placement's wins (MODEL section 8): it
+            // counts for up to 1/4096 more, which is less than a half float shows.
             const float weight = 1 + float(end - i) / float(end - first) / 4096;
             const VoxelTint tint = tintOf(source);
             PlacedBox(p, *partOf(p), m_params.voxel)
@@ -141,6 +141,7 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
                 blocks);
 }
 
+/// The part of this material at the level that the placement needs; null if the box has none.
 const SourcePart* TileSources::partOf(const Placement& p) const
 {
     for (const Pyramid& levels : m_boxes[p.box])
@@ -167,11 +168,11 @@ VoxelTint TileSources::tintOf(std::size_t placement) const
             m_scene.boxes.triangle(placement)};
 }
 
-/// Whether grids of direction and colour are needed, and where not, the one colour.
+/// Finds the kind, whether voxels need directions and colours, and if not, the one colour.
 void TileSources::findColours()
 {
     std::optional<Vec3f> shared;
-    const auto see = [&](const Vec3f& c) {
+    const auto noteColour = [&](const Vec3f& c) {
         if (!shared) shared = c;
         else if (*shared != c) m_colour = true;
     };
@@ -181,45 +182,61 @@ void TileSources::findColours()
             m_kind = part->kind;
             if (part->has_colour || hasVoxelTint(p)) m_colour = true;
             else
-                see(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
-                          part->colour[2] * p.tint[2]));
+                noteColour(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
+                                 part->colour[2] * p.tint[2]));
         }
     for (const Skin& skin : m_skins)
         if (skin.material() == m_material) {
             m_direction = true;
             m_kind = MaterialKind::surface;
             if (skin.hasColour()) m_colour = true;
-            else see(skin.colour({}));
+            else noteColour(skin.colour({}));
         }
     m_uniform = shared.value_or(Vec3f(1.0f));
 }
 
+/// The tiles that the placements [begin, end) reach.
+std::vector<TileSources::Entry> TileSources::placementEntries(std::size_t begin,
+                                                              std::size_t end) const
+{
+    std::vector<Entry> entries;
+    for (std::size_t i = begin; i < end; ++i)
+        if (const SourcePart* part = partOf(m_placements[i]))
+            PlacedBox(m_placements[i], *part, m_params.voxel)
+                .forTiles([&](const openvdb::Coord& tile) {
+                    entries.push_back({tileKey(tile), i});
+                });
+    return entries;
+}
+
+/// The tiles that the triangles of a skin reach, of which the first has the number `first_source`.
+std::vector<TileSources::Entry> TileSources::skinEntries(const Skin& skin,
+                                                         std::uint64_t first_source) const
+{
+    std::vector<Entry> entries;
+    if (skin.material() != m_material) return entries;
+    for (std::size_t t = 0; t < skin.surface().mesh().triangles.size(); ++t) {
+        const openvdb::BBoxd bounds = skin.bounds(static_cast<std::int32_t>(t), m_params.voxel);
+        forTilesBetween(bounds.min(), bounds.max(), "skin", [&](const openvdb::Coord& tile) {
+            entries.push_back({tileKey(tile), first_source + t});
+        });
+    }
+    return entries;
+}
+
+/// Lists the sources of every tile.
 void TileSources::findTiles()
 {
     constexpr std::size_t kChunk = 4096;
-    const std::size_t chunks = (m_placements.size() + kChunk - 1) / kChunk;
-    std::vector<std::vector<Entry>> lists(chunks + m_skins.size());
+    const std::size_t count = m_placements.size(), chunks = (count + kChunk - 1) / kChunk;
+    std::vector<std::vector<Entry>> lists(chunks);
     tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) {
-        for (std::size_t i = c * kChunk; i < std::min(m_placements.size(), (c + 1) * kChunk); ++i)
-            if (const SourcePart* part = partOf(m_placements[i]))
-                PlacedBox(m_placements[i], *part, m_params.voxel)
-                    .forTiles([&](const openvdb::Coord& tile) {
-                        lists[c].push_back({tileKey(tile), i});
-                    });
+        lists[c] = placementEntries(c * kChunk, std::min(count, (c + 1) * kChunk));
     });
-    std::uint64_t source = m_placements.size();
-    for (std::size_t s = 0; s < m_skins.size(); ++s) {
-        const Skin& skin = m_skins[s];
-        const std::size_t triangles = skin.surface().mesh().triangles.size();
-        if (skin.material() == m_material)
-            for (std::size_t t = 0; t < triangles; ++t) {
-                Vec3d low, high;
-                skin.bounds(static_cast<std::int32_t>(t), m_params.voxel, low, high);
-                forTilesBetween(low, high, "skin", [&](const openvdb::Coord& tile) {
-                    lists[chunks + s].push_back({tileKey(tile), source + t});
-                });
-            }
-        source += triangles;
+    std::uint64_t source = count;
+    for (const Skin& skin : m_skins) {
+        lists.push_back(skinEntries(skin, source));
+        source += skin.surface().mesh().triangles.size();
     }
     std::size_t total = 0;
     for (const auto& list : lists) total += list.size();

@@ -35,7 +35,7 @@ std::vector<ExplainedPart> partsOf(const SeenSegment& seen, const Vec3d& directi
                 content.density * (seen.scene.fibre ? tree.fibreFactor(content, direction) : 1.0);
             part.directed = content.directed;
             part.direction = content.directed ? content.direction : Vec3d(0.0);
-            part.spread = content.directed ? VoxelTree::spreadOf(content.spread_code) : 1;
+            part.spread = content.directed ? spreadOf(content.spread_code) : 1;
             part.colour = content.colour;
             total += part.share;
             parts.push_back(part);

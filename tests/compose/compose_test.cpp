@@ -232,6 +232,25 @@ TEST(Compose, TheBytesAreTheSameWithEveryInstructionSet)
     }
 }
 
+TEST(Compose, BlocksAreInTheOrderOfAnOpenvdbTree)
+{
+    // On both sides of the borders of the tree's nodes of 128^3 and 4096^3 voxels.
+    const std::vector<Box> boxes{strands(16, 30, 20, 0.01, 6)};
+    std::vector<Placement> placements;
+    for (int k = 0; k < 54; ++k) {
+        placements.push_back(randomPlacement(hashKey(17, k), 0.1));
+        const int at[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 % 3 - 1};
+        for (int i = 0; i < 3; ++i)
+            placements.back().position[i] += at[i] * (k < 27 ? 1.28 : 40.96);
+    }
+    const PackedVolume v = compose(boxes, placements, voxel(0.01));
+    const std::vector<PackedBlock>& blocks = v.parts.at(0).blocks;
+    EXPECT_GT(blocks.size(), 1000u);
+    for (std::size_t i = 1; i < blocks.size(); ++i)
+        ASSERT_TRUE(inTreeOrder(blocks[i - 1].origin, blocks[i].origin))
+            << blocks[i - 1].origin << " " << blocks[i].origin;
+}
+
 TEST(Compose, FarFromTheOriginIsAsGoodAsAtIt)
 {
     // A million voxels away a float holds no part of a voxel.

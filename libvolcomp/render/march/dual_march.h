@@ -45,57 +45,34 @@ inline void cornerWeights(const double* o, const double* d, const int* cell, dou
 }
 
 /// The density's integral over the ray's way through a block of cells whose lowest is `low`, in
-/// density x voxels. No branch but the loop's.
+/// density x voxels; `densities` are those gathered for the block.
+///
+/// The four corners (y,z) = 00, 01, 10, 11 of a cell's faces across x are summed apart: between the
+/// two faces the densities are interpolated, and a corner's weight is the product of a linear
+/// function of y and one of z. trilinear.cpp does the same with a corner in each lane of a vector.
 inline double blockIntegral(const float* densities, const MarchRay& r, const CellWalk<1>& start,
                             const int* low)
 {
-#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
-    // Lanes: corners (y,z) = 00, 01, 10, 11. Along x the corners are interpolated, along y and z
-    // weighted.
-    const __m256d ay = _mm256_set_pd(0, 0, 1, 1), sy = _mm256_set_pd(1, 1, -1, -1),
-                  az = _mm256_set_pd(0, 1, 0, 1), sz = _mm256_set_pd(1, -1, 1, -1);
-    const __m256d d = _mm256_set_pd(0, r.d[2], r.d[1], r.d[0]),
-                  o = _mm256_set_pd(0, r.o[2] - low[2], r.o[1] - low[1], r.o[0] - low[0]);
-    __m256d sum = _mm256_setzero_pd();
+    const double o[3] = {r.o[0] - low[0], r.o[1] - low[1], r.o[2] - low[2]};
+    double sums[4] = {};
     forEachVoxel(r, start, [&](int cell, double t, double end) {
         end = std::max(t, std::min(end, r.t1));
         const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half;
-        const __m256d origin =
-            _mm256_sub_pd(o, _mm256_set_pd(0, cell & 7, cell >> 3 & 7, cell >> 6));
+        const double x = o[0] - (cell >> 6), y = o[1] - (cell >> 3 & 7), z = o[2] - (cell & 7);
         const float* v = densities + gatheredOffset(cell);
-        const auto four =
-            [](const float* y0,
-               const float* y1) { // two from each; floats need not be aligned as a double is
-                return _mm256_cvtps_pd(
-                    _mm_loadh_pi(_mm_castsi128_ps(_mm_loadu_si64(y0)), (const __m64*)y1));
+        for (int k = 0; k < 4; ++k) {
+            const double below = v[gatheredCorner(k)], step = v[gatheredCorner(4 + k)] - below;
+            const double sign_y = k & 2 ? 1 : -1, rest_y = k & 2 ? 0 : 1;
+            const double sign_z = k & 1 ? 1 : -1, rest_z = k & 1 ? 0 : 1;
+            const double y0 = sign_y * y + rest_y, dy = sign_y * r.d[1];
+            const double z0 = sign_z * z + rest_z, dz = sign_z * r.d[2];
+            const auto at = [&](double s) {
+                return (step * (r.d[0] * s + x) + below) * ((dy * s + y0) * (dz * s + z0));
             };
-        const __m256d x0 = four(v, v + gatheredCorner(2)),
-                      dx = _mm256_sub_pd(four(v + gatheredCorner(4), v + gatheredCorner(6)), x0);
-        const auto at = [&](double s) {
-            const __m256d p = _mm256_fmadd_pd(d, _mm256_set1_pd(s), origin);
-            const __m256d y = _mm256_fmadd_pd(sy, _mm256_permute4x64_pd(p, 0x55), ay),
-                          z = _mm256_fmadd_pd(sz, _mm256_permute4x64_pd(p, 0xAA), az);
-            return _mm256_mul_pd(_mm256_fmadd_pd(dx, _mm256_permute4x64_pd(p, 0), x0),
-                                 _mm256_mul_pd(y, z));
-        };
-        sum = _mm256_fmadd_pd(_mm256_set1_pd(half),
-                              _mm256_add_pd(at(middle - reach), at(middle + reach)), sum);
+            sums[k] += half * (at(middle - reach) + at(middle + reach));
+        }
     });
-    alignas(32) double parts[4];
-    _mm256_store_pd(parts, sum);
-    return (parts[0] + parts[1]) + (parts[2] + parts[3]);
-#else
-    double sum = 0;
-    forEachVoxel(r, start, [&](int cell, double t, double end) {
-        end = std::max(t, std::min(end, r.t1));
-        const int at[3] = {low[0] + (cell >> 6), low[1] + (cell >> 3 & 7), low[2] + (cell & 7)};
-        const float* v = densities + gatheredOffset(cell);
-        double weights[8];
-        cornerWeights(r.o, r.d, at, t, end, weights);
-        for (int k = 0; k < 8; ++k) sum += weights[k] * v[gatheredCorner(k)];
-    });
-    return sum;
-#endif
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 /// The density's integral along the ray (in the dual tree's coordinates). Stops, with what it has,

@@ -3,8 +3,17 @@
 #include <algorithm>
 
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/march/targets.h"
 
-namespace volcomp {
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "volcomp/render/march/exact.cpp"
+#include <hwy/foreach_target.h> // NOLINT(misc-header-include-cycle)
+#include <hwy/highway.h>
+
+#include "volcomp/render/march/fast_walk-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace volcomp::HWY_NAMESPACE {
 namespace {
 
 template <bool kFibre>
@@ -15,7 +24,7 @@ void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direct
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
         const float* density = tree.densities(span.leaf);
         const bool fibres = kFibre && tree.leaf(span.leaf).directed_fibres;
-        const LeafWay way(r, *span.start);
+        const LeafWay way(r, *span.start, FastWalk());
         for (int i = 0; i < way.count; ++i) {
             const int voxel = way.voxels[i];
             const float rho = density[voxel];
@@ -41,28 +50,58 @@ void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direct
     });
 }
 
-} // namespace
-
-double exactDepth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
+HWY_FLATTEN double depth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
 {
     return scene.extinction
-        * (scene.fibre ? lineIntegral<true>(scene.tree, r, direction, scene.stop)
-                       : lineIntegral<false>(scene.tree, r, direction, scene.stop));
+        * (scene.fibre ? lineIntegral<true, FastWalk>(scene.tree, r, direction, scene.stop)
+                       : lineIntegral<false, FastWalk>(scene.tree, r, direction, scene.stop));
 }
 
-double exactShortDepth(const MarchScene& scene, const MarchRay& r, const int* cell,
-                       const Vec3d& direction)
+HWY_FLATTEN double shortDepth(const MarchScene& scene, const MarchRay& r, const int* cell,
+                              const Vec3d& direction)
 {
     return scene.extinction
-        * (scene.fibre ? shortIntegral<true>(scene.tree, r, cell, direction)
-                       : shortIntegral<false>(scene.tree, r, cell, direction));
+        * (scene.fibre ? shortIntegral<true, FastWalk>(scene.tree, r, cell, direction)
+                       : shortIntegral<false, FastWalk>(scene.tree, r, cell, direction));
 }
 
-void traceExact(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
-                RaySample& sample, RayScratch& scratch)
+HWY_FLATTEN void trace(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
+                       RaySample& sample, RayScratch& scratch)
 {
     if (scene.fibre) traceVoxels<true>(scene, r, direction, sample, scratch);
     else traceVoxels<false>(scene, r, direction, sample, scratch);
 }
 
+} // namespace
+} // namespace volcomp::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace volcomp {
+namespace {
+
+HWY_EXPORT(depth);
+HWY_EXPORT(shortDepth);
+HWY_EXPORT(trace);
+
+} // namespace
+
+double exactDepth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
+{
+    return HWY_DYNAMIC_DISPATCH(depth)(scene, r, direction);
+}
+
+double exactShortDepth(const MarchScene& scene, const MarchRay& r, const int* cell,
+                       const Vec3d& direction)
+{
+    return HWY_DYNAMIC_DISPATCH(shortDepth)(scene, r, cell, direction);
+}
+
+void traceExact(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
+                RaySample& sample, RayScratch& scratch)
+{
+    HWY_DYNAMIC_DISPATCH(trace)(scene, r, direction, sample, scratch);
+}
+
 } // namespace volcomp
+#endif

@@ -13,13 +13,29 @@
 #include <cmath>
 #include <cstdint>
 
-#if defined(__AVX2__) && defined(__BMI2__)
-#include <immintrin.h>
-#endif
-
 #include "volcomp/render/tree/voxel_tree.h"
 
 namespace volcomp {
+
+/// std::floor() without a call; x within the range of int.
+inline int floorToInt(double x)
+{
+    const int truncated = int(x);
+    return truncated - int(x < truncated);
+}
+
+/// A voxel of a leaf and how many faces of each axis the ray has crossed to it, in one number, so
+/// that a step is one addition.
+///
+/// Bits 0 to 8 are the voxel's offset (VoxelTree::offset()). Bit 9 is set, so that a step to below
+/// offset 0, which leaves the leaf, borrows from it. The three fields of 4 bits from bit 12 on
+/// count the voxels from the leaf's face where the ray comes in along that axis: 8 is outside.
+struct LeafPlace {
+    static constexpr unsigned kOffset = 0x1ff, kBorrow = 0x200;
+    static constexpr int kStride[3] = {64, 8, 1}; ///< of the offset
+    static constexpr unsigned kFace[3] = {0x1000, 0x10000, 0x100000};
+    static constexpr unsigned kLeft = 8 * (kFace[0] + kFace[1] + kFace[2]);
+};
 
 /// A ray, and what its way through cells of any size needs to know of it.
 class MarchRay {
@@ -45,9 +61,10 @@ public:
             t1 = std::min(t1, std::max(low, high));
         }
         hits = !tree.empty() && t0 < t1;
-        for (int m = 0; m < 8; ++m)
-            step[m] =
-                (m & 1 ? sign[0] * 65536 : 0) + (m & 2 ? sign[1] * 256 : 0) + (m & 4 ? sign[2] : 0);
+        for (int set = 0; set < 8; ++set)
+            for (int a = 0; a < 3; ++a)
+                if (set >> a & 1)
+                    step[set] += LeafPlace::kFace[a] + unsigned(sign[a] * LeafPlace::kStride[a]);
     }
 
     /// The same direction from elsewhere, for rays whose origin lies in the volume and that end in
@@ -67,7 +84,8 @@ public:
     static constexpr double kFar = 1e30;
     double o[3], d[3], inverse[3], t0, t1;
     int sign[3], upper[3]; ///< upper: 1 where the ray leaves a cell through its upper face
-    int step[8];           ///< of the packed voxel, by the set of axes crossed
+    unsigned step[8] = {}; ///< what a LeafPlace gains when the ray crosses the faces of these axes
+                           ///< (bit a: axis a)
     bool hits;
 };
 
@@ -84,7 +102,7 @@ struct CellWalk {
     void start(const MarchRay& r, double t_start)
     {
         t = t_start;
-        for (int a = 0; a < 3; ++a) place(r, a, int(std::floor(r.o[a] + r.d[a] * t)));
+        for (int a = 0; a < 3; ++a) place(r, a, floorToInt(r.o[a] + r.d[a] * t));
     }
     /// At t = 0, in the cell that holds a voxel.
     void startAt(const MarchRay& r, const int* voxel)
@@ -98,7 +116,7 @@ struct CellWalk {
     {
         t = parent.t;
         for (int a = 0; a < 3; ++a) {
-            const int voxel = int(std::floor(r.o[a] + r.d[a] * t));
+            const int voxel = floorToInt(r.o[a] + r.d[a] * t);
             place(r, a, std::min(std::max(voxel, parent.cell[a]), parent.cell[a] + kParent - 1));
         }
     }
@@ -155,41 +173,45 @@ void forEachLeaf(const Tree& tree, const MarchRay& r, F&& f)
     }
 }
 
-/// Calls f(voxel offset in the leaf, t, t_end) for the voxels of a leaf along the ray, empty ones
-/// too. t_end of the last voxel may lie behind the ray's t1.
-template <class F>
-inline void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
+/// Where a walk through a leaf begins.
+inline unsigned leafPlace(const MarchRay& r, const CellWalk<1>& start)
 {
-#if defined(__AVX2__) && defined(__BMI2__)
-    // One axis a lane; the voxel packed a byte an axis, so that a step is one addition and leaving
-    // the leaf sets a bit above the low 3.
-    __m256d next = _mm256_set_pd(MarchRay::kFar, start.next[2], start.next[1], start.next[0]);
-    const __m256d delta = _mm256_set_pd(0, start.delta[2], start.delta[1], start.delta[0]);
-    double t = start.t;
-    int p = (start.cell[0] & 7) << 16 | (start.cell[1] & 7) << 8 | (start.cell[2] & 7);
-    do {
-        __m256d least = _mm256_min_pd(_mm256_min_pd(next, _mm256_permute4x64_pd(next, 0xC9)),
-                                      _mm256_permute4x64_pd(next, 0xD2));
-        const double end = _mm256_cvtsd_f64(least);
-        f(int(_pext_u32(unsigned(p), 0x070707)), t, end);
-        t = end;
-        least = _mm256_cmp_pd(next, least, _CMP_LE_OQ);
-        p += r.step[_mm256_movemask_pd(least) & 7];
-        next = _mm256_add_pd(next, _mm256_and_pd(least, delta));
-    } while (!(p & 0xF8F8F8));
-#else
-    double next[3] = {start.next[0], start.next[1], start.next[2]}, t = start.t;
-    int p = (start.cell[0] & 7) << 16 | (start.cell[1] & 7) << 8 | (start.cell[2] & 7);
-    do {
-        const double end = std::min(next[0], std::min(next[1], next[2]));
-        f((p >> 10 & 0x1C0) | (p >> 5 & 0x38) | (p & 7), t, end);
-        t = end;
-        const int crossed =
-            int(next[0] <= end) | int(next[1] <= end) << 1 | int(next[2] <= end) << 2;
-        for (int a = 0; a < 3; ++a) next[a] += next[a] <= end ? start.delta[a] : 0;
-        p += r.step[crossed];
-    } while (!(p & 0xF8F8F8));
-#endif
+    unsigned place = LeafPlace::kBorrow;
+    for (int a = 0; a < 3; ++a) {
+        const int at = start.cell[a] & (kLeafDim - 1);
+        place += unsigned(at * LeafPlace::kStride[a])
+            + LeafPlace::kFace[a] * unsigned(r.upper[a] ? at : kLeafDim - 1 - at);
+    }
+    return place;
+}
+
+/// Steps from voxel to voxel of a leaf, in plain C++. fast_walk-inl.h has the same in vectors.
+struct PlainWalk {
+    /// Calls f(voxel offset in the leaf, t, t_end) for the voxels of a leaf along the ray, empty
+    /// ones too. t_end of the last voxel may lie behind the ray's t1.
+    template <class F>
+    static void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
+    {
+        double next[3] = {start.next[0], start.next[1], start.next[2]}, t = start.t;
+        unsigned place = leafPlace(r, start);
+        do {
+            const double end = std::min(next[0], std::min(next[1], next[2]));
+            f(int(place & LeafPlace::kOffset), t, end);
+            t = end;
+            unsigned crossed = 0;
+            for (int a = 0; a < 3; ++a)
+                if (next[a] <= end) {
+                    next[a] += start.delta[a];
+                    crossed |= 1u << a;
+                }
+            place += r.step[crossed];
+        } while (!(place & LeafPlace::kLeft));
+    }
+};
+template <class F>
+void forEachVoxel(const MarchRay& r, const CellWalk<1>& start, F&& f)
+{
+    PlainWalk::forEachVoxel(r, start, f);
 }
 
 /// A ray's way through a leaf: its voxels, and the times between them.
@@ -198,22 +220,22 @@ struct LeafWay {
     double times[33];
     int count = 0;
 
-    LeafWay(const MarchRay& r,
-            const CellWalk<1>& start) // NOLINT(cppcoreguidelines-pro-type-member-init):
-                                      // written as far as they are used
+    template <class Walk>
+    LeafWay(const MarchRay& r, const CellWalk<1>& start, Walk) // NOLINT(*-member-init): written
+                                                               // as far as they are used
     {
         times[0] = start.t;
-        forEachVoxel(r, start, [this](int voxel, double, double end) {
+        Walk::forEachVoxel(r, start, [this](int voxel, double, double end) {
             voxels[count] = voxel;
             times[++count] = end;
         });
     }
 };
 
-/// The density's integral over the ray's way through one leaf; `clip` where the ray may end in it.
-template <bool kFibre>
-inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf,
-                           const CellWalk<1>& start, double t_end, bool clip, const Vec3d& d_world)
+/// The density's integral over the ray's way through one leaf; `clip` if the ray may end in it.
+template <bool kFibre, class Walk = PlainWalk>
+double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start,
+                    double t_end, bool clip, const Vec3d& d_world)
 {
     const float* density = tree.densities(leaf);
     const bool fibres = kFibre && tree.leaf(leaf).directed_fibres;
@@ -222,17 +244,17 @@ inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf,
         part = double(density[0]) * (t_end - start.t);
         if (fibres) part *= tree.fibreFactor(leaf, 0, d_world);
     } else if (fibres)
-        forEachVoxel(r, start, [&](int voxel, double t, double end) {
+        Walk::forEachVoxel(r, start, [&](int voxel, double t, double end) {
             if (density[voxel] > 0)
                 part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t)
                     * tree.fibreFactor(leaf, voxel, d_world);
         });
     else if (clip)
-        forEachVoxel(r, start, [&](int voxel, double t, double end) {
+        Walk::forEachVoxel(r, start, [&](int voxel, double t, double end) {
             part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t);
         });
     else
-        forEachVoxel(r, start, [&](int voxel, double t, double end) {
+        Walk::forEachVoxel(r, start, [&](int voxel, double t, double end) {
             part += double(density[voxel]) * (end - t);
         });
     return part;
@@ -240,13 +262,13 @@ inline double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf,
 
 /// The density's integral along the ray, box filter, in density x voxels; `d_world` is the ray's
 /// direction for fibre extinction. Stops (with what it has) where the integral exceeds `stop`.
-template <bool kFibre>
+template <bool kFibre, class Walk = PlainWalk>
 double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_world, double stop)
 {
     double sum = 0;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
-        sum += leafIntegral<kFibre>(tree, r, span.leaf, *span.start, span.t_end, span.t_end >= r.t1,
-                                    d_world);
+        sum += leafIntegral<kFibre, Walk>(tree, r, span.leaf, *span.start, span.t_end,
+                                          span.t_end >= r.t1, d_world);
         return sum < stop;
     });
     return sum;
@@ -254,7 +276,7 @@ double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_wor
 
 /// The same for a ray that begins in voxel `cell` or on its faces, crosses a few leaves at most and
 /// has been given its origin and length only.
-template <bool kFibre>
+template <bool kFibre, class Walk = PlainWalk>
 double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell,
                      const Vec3d& d_world)
 {
@@ -267,7 +289,7 @@ double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell,
         const int leaf = tree.leafAt(leaves.cell[0], leaves.cell[1], leaves.cell[2]);
         if (leaf == VoxelTree::kEmpty) continue;
         voxels.startInside(r, leaves);
-        sum += leafIntegral<kFibre>(tree, r, leaf, voxels, end, true, d_world);
+        sum += leafIntegral<kFibre, Walk>(tree, r, leaf, voxels, end, true, d_world);
     }
     return sum;
 }

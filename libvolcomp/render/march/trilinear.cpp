@@ -4,9 +4,106 @@
 
 #include "volcomp/render/march/dual_march.h"
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/march/targets.h"
 
-namespace volcomp {
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "volcomp/render/march/trilinear.cpp"
+#include <hwy/foreach_target.h> // NOLINT(misc-header-include-cycle)
+#include <hwy/highway.h>
+
+#include "volcomp/render/march/fast_walk-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace volcomp::HWY_NAMESPACE {
+
 namespace {
+
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
+double blockIntegralFast(const float* densities, const MarchRay& r, const CellWalk<1>& start,
+                         const int* low)
+{
+    return blockIntegral(densities, r, start, low);
+}
+#else
+
+// blockIntegral() in vectors. The lanes are the corners of a cell's face across x, in the order
+// (y,z) = 00, 01, 10, 11; between the two faces the densities are interpolated.
+#if HWY_MAX_BYTES >= 32
+constexpr int kLanes = 4;
+#else
+constexpr int kLanes = 2;
+#endif
+constexpr int kParts = 4 / kLanes;
+using Tag = hn::FixedTag<double, kLanes>;
+using Lanes = hn::Vec<Tag>;
+
+// The densities at the four corners of a face, or at those two that `part` has.
+HWY_INLINE Lanes faceDensities(const float* face, int part)
+{
+    const auto two = [&](int y) {
+        return hn::PromoteTo(hn::FixedTag<double, 2>(),
+                             hn::LoadU(hn::FixedTag<float, 2>(), face + y * gatheredCorner(2)));
+    };
+#if HWY_MAX_BYTES >= 32
+    (void)part;
+    return hn::Combine(Tag(), two(1), two(0));
+#else
+    return two(part);
+#endif
+}
+
+double blockIntegralFast(const float* densities, const MarchRay& r, const CellWalk<1>& start,
+                         const int* low)
+{
+    // A corner's weight is the product of a linear function of each coordinate: of 1 - y at the
+    // lower corners, of y at the upper ones.
+    alignas(32) constexpr double kSignY[4] = {-1, -1, 1, 1}, kRestY[4] = {1, 1, 0, 0},
+                                 kSignZ[4] = {-1, 1, -1, 1}, kRestZ[4] = {1, 0, 1, 0};
+    const Tag d;
+    const double o[3] = {r.o[0] - low[0], r.o[1] - low[1], r.o[2] - low[2]};
+    alignas(32) double sum[4] = {};
+    Lanes sums[kParts];
+    for (int part = 0; part < kParts; ++part) sums[part] = hn::Zero(d);
+    FastWalk::forEachVoxel(r, start, [&](int cell, double t, double end) {
+        end = std::max(t, std::min(end, r.t1));
+        const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half;
+        const Lanes t0 = hn::Set(d, middle - reach), t1 = hn::Set(d, middle + reach);
+        const Lanes x = hn::Set(d, o[0] - (cell >> 6)), y = hn::Set(d, o[1] - (cell >> 3 & 7)),
+                    z = hn::Set(d, o[2] - (cell & 7));
+        const float* v = densities + gatheredOffset(cell);
+        for (int part = 0; part < kParts; ++part) {
+            const Lanes below = faceDensities(v, part),
+                        step = hn::Sub(faceDensities(v + gatheredCorner(4), part), below);
+            const Lanes sign_y = hn::Load(d, kSignY + part * kLanes),
+                        sign_z = hn::Load(d, kSignZ + part * kLanes),
+                        y0 = hn::Add(hn::Mul(sign_y, y), hn::Load(d, kRestY + part * kLanes)),
+                        z0 = hn::Add(hn::Mul(sign_z, z), hn::Load(d, kRestZ + part * kLanes));
+            const Lanes dx = hn::Set(d, r.d[0]), dy = hn::Mul(sign_y, hn::Set(d, r.d[1])),
+                        dz = hn::Mul(sign_z, hn::Set(d, r.d[2]));
+            const auto at = [&](Lanes s) {
+                const Lanes across = hn::Add(hn::Mul(dx, s), x), up = hn::Add(hn::Mul(dy, s), y0),
+                            along = hn::Add(hn::Mul(dz, s), z0);
+                return hn::Mul(hn::Add(hn::Mul(step, across), below), hn::Mul(up, along));
+            };
+            sums[part] = hn::Add(sums[part], hn::Mul(hn::Set(d, half), hn::Add(at(t0), at(t1))));
+        }
+    });
+    for (int part = 0; part < kParts; ++part) hn::Store(sums[part], d, sum + part * kLanes);
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+#endif
+
+// lineIntegral() of dual_march.h, faster.
+double lineIntegralFast(const DualTree& dual, const MarchRay& r, double stop)
+{
+    DualTree::Gathered& gathered = dual.gathered();
+    double sum = 0;
+    forEachLeaf(dual, r, [&](const LeafSpan& span) {
+        sum += blockIntegralFast(gathered.densities(span.leaf), r, *span.start, span.cell);
+        return sum < stop;
+    });
+    return sum;
+}
 
 // The densities at a cell's corners; false if all are 0.
 bool cornerDensities(const float* gathered, int cell, float* corners)
@@ -31,7 +128,7 @@ double fibreIntegral(const MarchScene& scene, const MarchRay& r, const Vec3d& d)
     double sum = 0;
     forEachLeaf(dual, r, [&](const LeafSpan& span) {
         const float* densities = gathered.densities(span.leaf);
-        forEachVoxel(r, *span.start, [&](int offset, double t, double end) {
+        FastWalk::forEachVoxel(r, *span.start, [&](int offset, double t, double end) {
             end = std::min(end, r.t1);
             float rho[8];
             if (!(end > t) || !cornerDensities(densities, offset, rho)) return;
@@ -83,22 +180,20 @@ void addCell(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
         sample, scratch);
 }
 
-} // namespace
-
-double trilinearDepth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
+HWY_FLATTEN double depth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
 {
     return scene.extinction
         * (scene.fibre ? fibreIntegral(scene, r, direction)
-                       : lineIntegral(*scene.dual, r, scene.stop));
+                       : lineIntegralFast(*scene.dual, r, scene.stop));
 }
 
-void traceTrilinear(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
-                    RaySample& sample, RayScratch& scratch)
+HWY_FLATTEN void trace(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
+                       RaySample& sample, RayScratch& scratch)
 {
     const DualTree& dual = *scene.dual;
     DualTree::Gathered& gathered = dual.gathered();
     forEachLeaf(dual, r, [&](const LeafSpan& span) {
-        const LeafWay way(r, *span.start);
+        const LeafWay way(r, *span.start, FastWalk());
         for (int i = 0; i < way.count; ++i) {
             const int offset = way.voxels[i];
             CellPiece piece{span.leaf,
@@ -128,4 +223,29 @@ void traceTrilinear(const MarchScene& scene, const MarchRay& r, const Vec3d& dir
     });
 }
 
+} // namespace
+} // namespace volcomp::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace volcomp {
+namespace {
+
+HWY_EXPORT(depth);
+HWY_EXPORT(trace);
+
+} // namespace
+
+double trilinearDepth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
+{
+    return HWY_DYNAMIC_DISPATCH(depth)(scene, r, direction);
+}
+
+void traceTrilinear(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
+                    RaySample& sample, RayScratch& scratch)
+{
+    HWY_DYNAMIC_DISPATCH(trace)(scene, r, direction, sample, scratch);
+}
+
 } // namespace volcomp
+#endif
