@@ -469,7 +469,7 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
                                 c.extinction == Extinction::fibre);
         swept.useSweep(sweep);
         Integrator::Scratch a, b;
-        double mean = 0, square = 0, bias = 0, expected_square = 0, darker = 0, brighter = 0;
+        double square = 0, bias = 0, expected_square = 0, darker = 0, brighter = 0;
         const bool trilinear = c.filter == Filter::trilinear;
         const RayObserver observer = [&](const SeenSegment& segment) {
             for (const SeenLight& light : segment.lights) {
@@ -493,7 +493,6 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
                 d = Vec3d(random.normal(), random.normal(), random.normal()).unit();
             const double x = exact.trace(target - 100.0 * d, d, a).radiance[0],
                          y = swept.trace(target - 100.0 * d, d, b).radiance[0];
-            mean += x;
             bias += y - x;
             square += (y - x) * (y - x);
         }
