@@ -143,7 +143,8 @@ def main():
     if getattr(test, "__unittest_skip__", False):  # set by the decorators above
         print("skipped:", test.__unittest_skip_why__)
         return 77
-    result = unittest.TextTestRunner(verbosity=2).run(Interop(sys.argv[2]))
+    suite = unittest.TestSuite([Interop(sys.argv[2])])  # which calls setUpClass()
+    result = unittest.TextTestRunner(verbosity=2).run(suite)
     return 0 if result.wasSuccessful() else 1
 
 
