@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast boxes are grown and baked, in segments and voxels per second, and how much memory baking
 // takes, as a multiple of its result.
 #include <fstream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast placed boxes become a volume, beside OpenVDB's GridTransformer.
 //
 // The load: a box of 32 x 32 x 64 voxels with 60 strands (about 4,000 active voxels), placed on a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast rays go through fur: voxels per second of both filters beside OpenVDB's own tools,
 // shadows by rays and by the sweep, building of the tree and of its levels. The fur is made here:
 // hairs of one voxel on a ball.

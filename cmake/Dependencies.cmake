@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The libraries that volcomp stands on, all from Debian 12's packages. Their headers are SYSTEM, so
 # that the compiler gives no warnings about them.
 

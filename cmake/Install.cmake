@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What is installed. The component `programs` is what the Debian package holds: the programs, their
 # manual pages and shell completion, scenes, documents and licences. The component `development` is
 # the library, its public headers and a config with which find_package(volcomp) works.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the scenes' generators share: parametric patches, OBJ and PNG files, and noise.
 
 Noise and random numbers depend on their key alone, so that a generator writes the same files

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by scenes/run.sh and the scripts in tests/: installs what is missing (apt) and builds.
 # Quick if there is nothing to do. Sets $root and $bin. Its argument is the target of the release
 # preset to build, or `none`. In a copy of scenes/ without the sources around it, the installed

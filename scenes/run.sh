@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Bakes, composes and renders one scene: scenes/run.sh NAME [SIZE]
 # makes out/NAME/NAME.exr and .png from scenes/NAME.toml; NAME may be in a folder (tutorial/2_comb). Installs and builds what is missing first.
 # SIZE (WIDTHxHEIGHT) overrides the scene's picture size.

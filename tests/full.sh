@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What takes too long for .ci/run: tests/full.sh. Run it, after .ci/run, before a release or before
-# something large is called done. Takes about TODO on two cores.
+# something large is called done. The package's step needs root.
 set -euo pipefail
 . "$(dirname "$0")/steps.sh"
 install_packages doxygen gcovr mmdebstrap

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Runs a test in a folder of its own: tests/in_own_folder.sh BUILD NAME COMMAND...
 #
 # The folder is BUILD/test_folders/NAME. It is the test's working directory, its HOME and its TMPDIR,

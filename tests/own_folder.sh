@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Checks that in_own_folder.sh, which runs this script as the others, closes what it says:
 # tests/own_folder.sh SOURCE BUILD. Exits with 77 (skipped) if the system allows no mount
 # namespaces.

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs the Debian package into a new Debian without anything else, and makes a small picture of
 # a scene with what it holds: tests/package.sh FILE.deb. As root; needs mmdebstrap.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Runs every test of the release build: tests/run.sh [ctest arguments], for example -L quick.
 # Installs and builds what is missing first.
 set -euo pipefail

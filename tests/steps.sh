@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Sourced by .ci/run and tests/full.sh: runs steps one after another, times them and counts.
 . "$(dirname "${BASH_SOURCE[0]}")/../scenes/prepare.sh" none
 cd "$root"
@@ -6,17 +7,20 @@ table=()
 export CCACHE_STATSLOG=$root/build/ccache.log # of these steps alone
 rm -f "$CCACHE_STATSLOG"
 
-# Prints the seconds of all the processes that this shell has waited for.
-cpu_seconds() {
-    times | awk 'NR == 2 {gsub(/[ms]/, " "); printf "%.0f", ($1 + $3) * 60 + $2 + $4}'
+# Sets cpu to the seconds of all the processes that this shell has waited for. In a $( ) the shell
+# would be another one.
+count_cpu() {
+    times >build/times
+    cpu=$(awk 'NR == 2 {gsub(/[ms]/, " "); printf "%.0f", ($1 + $3) * 60 + $2 + $4}' build/times)
 }
 
 # step NAME COMMAND...: prints the name, runs the command, and prints how long it took. The next
 # step runs after a failure too. Tests count one by one (run_tests), any other step as one.
 step() {
-    local name=$1 wall=$SECONDS result p f s cpu
+    local name=$1 wall=$SECONDS result p f s cpu cpu_before
     shift
-    cpu=$(cpu_seconds)
+    count_cpu
+    cpu_before=$cpu
     say "$name"
     rm -f build/counts
     set +e # bash ignores `set -e` inside a condition, so the command must not be in one
@@ -27,8 +31,9 @@ step() {
     if [ $result -ne 0 ] && [ "$f" -eq 0 ]; then f=1; fi
     passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
     if [ $result -eq 0 ]; then result=passed; else result=FAILED; fi
+    count_cpu
     table+=("$(printf '%-30s %s %6d s %7d CPU s' "$name" $result \
-        $((SECONDS - wall)) $(($(cpu_seconds) - cpu)))")
+        $((SECONDS - wall)) $((cpu - cpu_before)))")
     say "${table[-1]}"
 }
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Builds oneTBB with ThreadSanitizer's instrumentation and prints the folder that it is installed
 # in: tests/tbb_for_tsan.sh. ThreadSanitizer cannot see the synchronisation inside a TBB that is not
 # instrumented, and reports races that do not exist.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a growth rule to a box of voxels, by coverage (MODEL sections 2 and 6): grow(), then
 // rasterise() for each material.
 #pragma once

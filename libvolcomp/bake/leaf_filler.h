@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The coverage of the voxels of one leaf (8^3 voxels) by pieces of strands. Private to baking.
 #pragma once
 

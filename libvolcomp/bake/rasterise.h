@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From strands and leaves to voxels, by coverage (MODEL section 2).
 //
 // Each strand covers a part c of a voxel's cross-section, at most 0.99, and adds the density

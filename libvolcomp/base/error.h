@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one exception type of the library.
 //
 // The message of every failure that a user can cause names the file, the place in it, what was

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hash of bytes that is the same on every machine and in every version, so that files and random
 // streams may depend on it. It is not safe against inputs made to collide.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Infinity, and intervals of numbers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the lowest two levels of an OpenVDB tree are numbered: leaves of 8^3 voxels, and nodes of
 // 16^3 leaves. Numbers run with z fastest. Coordinates may be negative.
 #pragma once
@@ -22,6 +23,9 @@ constexpr int numberInNode(int x, int y, int z)
 {
     return (x >> 3 & 15) << 8 | (y >> 3 & 15) << 4 | (z >> 3 & 15);
 }
+
+/// The same for the leaf that holds c.
+inline int numberInNode(const openvdb::math::Coord& c) { return numberInNode(c[0], c[1], c[2]); }
 
 /// The first voxel of the leaf of number n, from its node's first voxel.
 inline openvdb::math::Coord leafInNode(int n)

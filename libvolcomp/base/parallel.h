@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many threads work. All threads are TBB's, those of OpenVDB as well.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Elementary functions with the same result on every machine.
 //
 // The standard library's sin, exp and the like differ in the last bits between versions of glibc,

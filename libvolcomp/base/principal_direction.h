@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The direction that most of a voxel's fibres (or normals) share: the largest eigenvector of the
 // sum of w t tᵀ (MODEL section 8).
 #pragma once

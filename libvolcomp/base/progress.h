@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a stage reports how much of its work is done.
 #pragma once
 

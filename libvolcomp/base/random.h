@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random numbers as a function of (seed, index). No state is shared, so neither the number of
 // threads nor the order of the calls changes a result.
 //

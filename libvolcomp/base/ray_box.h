@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a line runs through a box: the slab method (Kay and Kajiya, Ray tracing complex scenes,
 // SIGGRAPH 1986).
 #pragma once

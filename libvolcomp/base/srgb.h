@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The transfer function of sRGB (IEC 61966-2-1), for one channel; T is float or double.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vectors are OpenVDB's: Vec3d for positions and directions, Vec3f for stored colours and
 // directions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The words of an enumeration. One table serves the scene file, the options of the programs and the
 // files that they write.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The vector code of PlacedBox::add(), chosen for the machine's instruction set when the program
 // runs. The results are the same bytes with every instruction set.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The voxels of a box as a list, which compose() walks through once for every placement and tile.
 #pragma once
 

@@ -1,19 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/compose.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
-#include "volcomp/compose/tile_sources.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/node_index.h"
+#include "volcomp/compose/tile_sources.h"
 
 namespace volcomp {
 namespace {
 
+/// Throws if a placement or parameter is out of range.
 void check(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
            const ComposeParams& params)
 {
@@ -33,25 +37,21 @@ void check(const std::vector<Box>& boxes, const std::vector<Placement>& placemen
     }
 }
 
-/// Place of a block among the leaves of its tree's node of 128^3 voxels.
-int scatterInCell(const openvdb::Coord& origin)
-{
-    return (origin[0] >> 3 & 15) << 8 | (origin[1] >> 3 & 15) << 4 | (origin[2] >> 3 & 15);
-}
-
-/// A tile's blocks, at most eight.
+/// Blocks of one tile, at most eight.
 struct TileBlocks {
     PackedBlock* first = nullptr;
     std::size_t count = 0;
 };
 
-/// The blocks of all tiles in the order of an OpenVDB tree.
-std::vector<PackedBlock> inOrder(const TileSources& composer, const std::vector<TileBlocks>& tiles)
+/// The blocks of all tiles in the order of an OpenVDB tree. The tiles are in the order of its nodes
+/// of 128^3 voxels, so that only the blocks of one node have to be sorted.
+std::vector<PackedBlock> inTreeOrder(const TileSources& sources,
+                                     const std::vector<TileBlocks>& tiles)
 {
     std::vector<std::size_t> first_tile, first_block; // of each node
     std::size_t count = 0;
     for (std::size_t t = 0; t < tiles.size(); ++t) {
-        if (t == 0 || composer.node(t) != composer.node(t - 1)) {
+        if (t == 0 || sources.node(t) != sources.node(t - 1)) {
             first_tile.push_back(t);
             first_block.push_back(count);
         }
@@ -65,34 +65,36 @@ std::vector<PackedBlock> inOrder(const TileSources& composer, const std::vector<
         for (std::size_t t = first_tile[n]; t < first_tile[n + 1]; ++t)
             to = std::copy_n(tiles[t].first, tiles[t].count, to);
         std::sort(begin, to, [](const PackedBlock& a, const PackedBlock& b) {
-            return scatterInCell(a.origin) < scatterInCell(b.origin);
+            return numberInNode(a.origin) < numberInNode(b.origin);
         });
     });
     return blocks;
 }
 
-PackedPart composePart(const TileSources& composer, const Progress& progress)
+/// Composes all tiles of one material.
+PackedPart composePart(const TileSources& sources, const Progress& progress)
 {
     struct Worker {
         TileAccumulator sums;
-        VoxelStore store, lists;
+        VoxelStore store;                // keeps the values of voxels
+        VoxelStore lists;                // keeps the lists of blocks
         std::vector<PackedBlock> blocks; // of one tile
     };
     tbb::enumerable_thread_specific<Worker> workers;
-    std::vector<TileBlocks> tiles(composer.tileCount());
+    std::vector<TileBlocks> tiles(sources.tileCount());
     SharedProgress done(progress, tiles.size());
     tbb::parallel_for(std::size_t(0), tiles.size(), [&](std::size_t t) {
         Worker& worker = workers.local();
         worker.blocks.clear();
-        composer.compose(t, worker.sums, worker.store, worker.blocks);
+        sources.compose(t, worker.sums, worker.store, worker.blocks);
         tiles[t] = {reinterpret_cast<PackedBlock*>(
                         worker.lists.allocate(worker.blocks.size() * sizeof(PackedBlock))),
                     worker.blocks.size()};
         std::uninitialized_copy(worker.blocks.begin(), worker.blocks.end(), tiles[t].first);
         done.add();
     });
-    PackedPart part = composer.emptyPart();
-    part.blocks = inOrder(composer, tiles);
+    PackedPart part = sources.emptyPart();
+    part.blocks = inTreeOrder(sources, tiles);
     for (Worker& worker : workers) part.stores.push_back(std::move(worker.store));
     return part;
 }
@@ -121,35 +123,44 @@ double pairsOf(const std::vector<Box>& boxes, const PlacedScene& scene, double v
     return pairs;
 }
 
-/// Composes some tiles and adds what all would need.
-void estimatePart(const TileSources& composer, ComposeEstimate& e)
+/// A weight for every tile by which estimatePart() draws it.
+std::vector<double> samplingWeights(const TileSources& sources, std::size_t sample)
+{
+    std::vector<double> weights(sources.tileCount(), 1.0);
+    if (weights.size() == sample) return weights; // each is composed once
+    for (std::size_t t = 0; t < weights.size(); ++t)
+        weights[t] = 4 + double(std::min<std::size_t>(sources.sourceCount(t), 1000));
+    return weights;
+}
+
+/// Composes some tiles and adds to `e` what all tiles of the material would need.
+void estimatePart(const TileSources& sources, ComposeEstimate& e)
 {
     constexpr std::size_t kSample = 256;
-    const std::size_t tiles = composer.tileCount(), sample = std::min(tiles, kSample);
+    const std::size_t tiles = sources.tileCount(), sample = std::min(tiles, kSample);
     if (tiles == 0) return;
-    // Systematic sampling along the running sum of the weights.
+    // Systematic sampling: equal steps along the running sum of the weights.
+    const std::vector<double> weights = samplingWeights(sources, sample);
     std::vector<double> end(tiles);
-    double sum = 0;
-    for (std::size_t t = 0; t < tiles; ++t)
-        end[t] = sum +=
-            tiles == sample ? 1 : 4 + double(std::min<std::size_t>(composer.sourceCount(t), 1000));
+    std::partial_sum(weights.begin(), weights.end(), end.begin());
+    const double step = end.back() / double(sample);
     TileAccumulator sums;
     double voxels = 0, blocks = 0;
     for (std::size_t k = 0; k < sample; ++k) {
         const auto t = static_cast<std::size_t>(
-            std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * sum / double(sample))
-            - end.begin());
+            std::upper_bound(end.begin(), end.end(), (double(k) + 0.5) * step) - end.begin());
         VoxelStore store;
         std::vector<PackedBlock> found;
-        composer.compose(t, sums, store, found);
-        const double factor = sum / double(sample) / (end[t] - (t ? end[t - 1] : 0));
+        sources.compose(t, sums, store, found);
+        const double factor = step / weights[t]; // tiles for which this one stands
         for (const PackedBlock& b : found) voxels += factor * b.count;
         blocks += factor * double(found.size());
     }
-    const PackedPart part = composer.emptyPart();
+    const PackedPart part = sources.emptyPart();
     e.voxels += voxels;
+    // Each block is kept twice for a while: in its tile's list and in that of the part.
     e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour))
-        + blocks * 2 * sizeof(PackedBlock) + double(composer.bytes());
+        + blocks * 2 * sizeof(PackedBlock) + double(sources.bytes());
 }
 
 } // namespace

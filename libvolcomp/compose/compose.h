@@ -1,12 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
 // From boxes and placements to one sparse volume (MODEL section 8).
 #pragma once
 
 #include <vector>
 
-#include "volcomp/compose/compose_params.h"
-#include "volcomp/volume/packed_volume.h"
 #include "volcomp/base/progress.h"
+#include "volcomp/compose/compose_params.h"
 #include "volcomp/place/placed_scene.h"
+#include "volcomp/volume/packed_volume.h"
 #include "volcomp/volume/volume.h"
 
 namespace volcomp {
@@ -14,22 +15,26 @@ namespace volcomp {
 /// Adds the placed boxes, and the skins of the surfaces, into one volume of voxels of edge
 /// params.voxel (> 0 here).
 ///
-/// Every voxel of a box is spread over the target's voxels that a cube of its size, with the
-/// target's axes, overlaps: the integral of density is kept exactly (to float rounding) at any
-/// voxel size, nothing thin is lost, and a turn by 90 degrees on an aligned grid is exact. Where
-/// the target is finer by more than 1.5, voxels are divided first; where it is coarser by 2 or
-/// more, the box's voxels are summed by eights first (coarsen()). Coarser voxels therefore keep the
-/// integral, not the mean transmittance; a volume that is to be seen from far away is composed fine
-/// and coarsened by the renderer's level of detail. Densities sum, colours weighted by density;
-/// directions as t tᵀ (VolumePart::direction), where the earlier of two equally strong ones is
-/// kept. Voxels not above params.minimum_density are not kept. There is one part for each material
-/// that a placed box or skin uses; without any, one empty part. The bytes do not depend on threads.
-/// The result is packed: unpack() makes grids of it, writeVolume() a file. Throws Error for indices
-/// out of range, values that are not finite, and volumes beyond 2^24 voxels from the origin.
+/// Each voxel of a box is treated as a cube aligned with the target's axes, and is distributed over
+/// the target's voxels that the cube overlaps. This keeps the integral of the density (to the
+/// rounding of floats) at any voxel size, and not the mean transmittance. A turn by 90 degrees on
+/// an aligned grid is exact. If the target is finer by more than 1.5, the box's voxels are divided
+/// first. If it is coarser by 2 or more, they are summed by eights first (coarsen()). Compose a
+/// volume that is to be seen from far away fine, and let the renderer's level of detail coarsen it.
+///
+/// Densities are added, colours weighted by density. Directions are added as t tᵀ
+/// (VolumePart::direction); of two equally strong ones the one placed earlier is kept. Voxels are
+/// kept if their density is above params.minimum_density. There is one part for each material that
+/// a placed box or a skin uses; without any, there is one empty part. The bytes depend neither on
+/// the number of threads nor on the machine's instruction set.
+///
+/// The result is packed: unpack() makes grids of it, writeVolume() a file. Throws Error if an index
+/// is out of range, a value is not finite, or the volume reaches further than 2^24 voxels from the
+/// origin.
 PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, const Progress& progress = {});
 
-/// The same for boxes without surfaces, of which it makes a copy: for a few of them.
+/// The same for boxes without surfaces. It copies the placements, so use it for a few.
 PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
                      const ComposeParams& params, const Progress& progress = {});
 
@@ -39,10 +44,10 @@ struct ComposeEstimate {
     double bytes = 0;  ///< the packed volume and the working memory
 };
 
-/// Composes up to 256 tiles of 16^3 voxels for each material and counts. A tile is drawn the more
-/// often the more sources it has, and counts the less, so that few crowded tiles do not escape.
-/// Where even finding the tiles would take long, it works at a coarser voxel and multiplies by the
-/// cube of the ratio, which is an upper bound.
+/// Composes up to 256 tiles of 16^3 voxels for each material and counts. Tiles with more sources
+/// are drawn more often and count less, so that a few crowded tiles are not missed. If even finding
+/// the tiles would take long, it works at a coarser voxel and multiplies by the cube of the ratio,
+/// which gives an upper bound. Throws the Errors of compose().
 ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene& scene,
                                 const ComposeParams& params);
 

@@ -1,16 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
 // How placements become one volume.
 #pragma once
 
 namespace volcomp {
 
-/// The settings of compose(), as the [compose] table says.
+/// The settings of compose(), as the [compose] table of a scene gives them.
 struct ComposeParams {
-    double voxel = 0; ///< edge of a voxel, world units; 0: from the camera and the picture
-    double voxel_pixels =
-        0.5; ///< that voxel in pixels, at the nearest point of a surface that the camera sees
-    double minimum_density = 0; ///< voxels not above it are not kept, 1 / length
-    bool cull = false;          ///< leave out boxes that neither the camera sees nor a shadow needs
+    /// Edge of a voxel in world units. 0 stands for an edge that follows from the camera and the
+    /// picture; compose() itself wants a number above 0.
+    double voxel = 0;
+    /// That edge in pixels, at the nearest point of a surface that the camera sees.
+    double voxel_pixels = 0.5;
+    /// Voxels are kept if their density, in 1 / length, is above this.
+    double minimum_density = 0;
+    /// Leaves out boxes that the camera does not see and no shadow needs.
+    bool cull = false;
 
+    /// Throws Error if a value is out of range.
     void validate() const;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/placed_box.h"
 
 #include <algorithm>
@@ -24,7 +25,8 @@ void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what,
     for (int i = 0; i < 3; ++i) {
         if (!(low[i] > -kFarthest && high[i] < kFarthest))
             throw Error(fmt::format(
-                "{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel or move the scene to its origin",
+                "{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel "
+                "or move the scene to its origin",
                 what, std::max(std::abs(low[i]), std::abs(high[i]))));
         from[i] = static_cast<int>(std::floor(low[i] / kTile));
         to[i] = static_cast<int>(std::floor(high[i] / kTile));
@@ -48,7 +50,7 @@ PlacedBox::PlacedBox(const Placement& p, const SourcePart& part, double voxel)
     m_divisions = step <= 1.5 ? 1 : static_cast<int>(std::ceil(step));
     const double exact = step / m_divisions;
     m_width = std::max(1.0f, std::round(static_cast<float>(exact) * kSnap)) / kSnap;
-    const double shrunk = exact / m_width; // what rounding the width took
+    const double shrunk = exact / m_width; // makes up for the rounding of the width
     m_density = static_cast<float>(shrunk * shrunk * shrunk / p.scale);
 }
 
@@ -78,8 +80,8 @@ void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit
     const double margin = 0.5 * m_width + 1e-3;
     const Vec3d centre = m_root + mapped(m_part.bounds.centre),
                 half = span(m_part.bounds.half) + Vec3d(margin);
-    // A tile that the bounds reach may still pass the turned box by: the tile's bounds along the
-    // box's axes say so.
+    // A tile that meets the bounds may still miss the turned box. Then their bounds along one of
+    // the box's axes do not meet.
     double reach[3];
     for (int a = 0; a < 3; ++a) {
         const double tile = 0.5 * kTile

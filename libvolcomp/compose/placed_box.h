@@ -1,5 +1,6 @@
+// SPDX-License-Identifier: Apache-2.0
 // One part of a box at its place among the voxels of a composite: which tiles it reaches, and what
-// it adds to one.
+// it adds to each.
 #pragma once
 
 #include <functional>
@@ -12,41 +13,50 @@
 
 namespace volcomp {
 
-/// In voxels of the target, whose voxel (0,0,0) has its lowest corner at the origin.
+/// Coordinates and lengths are in voxels of the target unless a name says otherwise. Here the
+/// target's voxel (i, j, k) is [i, i + 1) x [j, j + 1) x [k, k + 1).
 class PlacedBox {
 public:
-    /// `voxel`: edge of the target's. The part must outlive this.
+    /// `voxel` is the edge of the target's voxels in world units. The placement and the part must
+    /// outlive this.
     PlacedBox(const Placement& placement, const SourcePart& part, double voxel);
 
-    /// Calls `visit` with the coordinates (first voxel / kSize) of every tile that the box may
-    /// reach into. Throws Error beyond 2^24 voxels.
+    /// Calls `visit` with the coordinates of every tile that the box may reach into: the tile's
+    /// first voxel divided by TileAccumulator::kSize. Throws Error if the box reaches further than
+    /// 2^24 voxels from the origin.
     void forTiles(const std::function<void(const openvdb::Coord&)>& visit) const;
 
-    /// Adds what falls into the tile whose first voxel is `tile_origin`. `tint` may be null.
-    /// `weight`, close to 1, is what the directions count beside those of other placements.
+    /// Adds what falls into the tile whose first voxel is `tile_origin`. The sum of directions is
+    /// multiplied by `weight`, which is close to 1: the strongest of equal directions wins. `tint`
+    /// may be null.
     void add(const openvdb::Coord& tile_origin, float weight, const VoxelTint* tint,
              TileAccumulator& tile) const;
 
 private:
     friend class BoxTint;
+
     BoxInTile inTile(const openvdb::Coord& tile_origin, float weight) const;
-    Vec3d mapped(const Vec3f& p) const;  ///< a vector of the box's voxels
-    Vec3d span(const Vec3f& half) const; ///< half extents of a box along the target's axes
-    Vec3d worldOf(const Vec3f& p) const; ///< of a place in the box's voxels
+    /// Turns and scales a vector that is given in voxels of the box.
+    Vec3d mapped(const Vec3f& p) const;
+    /// Half the edges of the bounds of a turned cuboid, of which half the edges are given in voxels
+    /// of the box.
+    Vec3d span(const Vec3f& half) const;
+    /// The place in the world of a place that is given in voxels of the box.
+    Vec3d worldOf(const Vec3f& p) const;
 
     const Placement& m_placement;
     const SourcePart& m_part;
-    double m_voxel;
-    float m_axes[3][3]; ///< voxels of the target for a voxel of the box along its x, y, z
-    float m_turn[3][3]; ///< the same, unit length
-    Vec3d m_root;
-    int m_divisions; ///< of a voxel, along an edge
-    float m_width;   ///< edge of the cube that is added for each voxel (or each part of it)
-    float m_density; ///< factor from the box's density to the density added where the cube covers a
-                     ///< voxel fully
+    double m_voxel;     ///< edge of the target's voxels, world units
+    float m_axes[3][3]; ///< one voxel of the box along its x, y, z
+    float m_turn[3][3]; ///< unit vectors of m_axes
+    Vec3d m_root;       ///< the middle of the box's voxel (0,0,0)
+    int m_divisions;    ///< of a voxel of the box along each edge
+    float m_width;      ///< edge of the cube that each divided voxel adds
+    /// Density that a cube adds to a voxel that it covers fully, for a density of 1 in the box.
+    float m_density;
 };
 
-/// Looks up the colour of a voxel tint at the voxels of one placed box. All must outlive it.
+/// Looks up the colour of a voxel tint at the voxels of one placed box. Both must outlive it.
 class BoxTint {
 public:
     BoxTint(const PlacedBox& box, const VoxelTint& tint);
@@ -59,8 +69,8 @@ private:
     TintWalk m_walk;
 };
 
-/// Calls `visit` for the tiles that a box reaches. `what` names it in the Error for a place beyond
-/// 2^24 voxels.
+/// Calls `visit` for all tiles that bounds in voxels of the target reach. If these lie further than
+/// 2^24 voxels from the origin, it throws an Error that begins with `what`.
 void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what,
                      const std::function<void(const openvdb::Coord&)>& visit);
 

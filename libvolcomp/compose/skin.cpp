@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/skin.h"
 
 #include <algorithm>
@@ -9,8 +10,8 @@ namespace {
 constexpr double kSpacing = 0.5; ///< of the points, voxels
 
 struct Corner {
-    Vec3d p; ///< voxels, from the tile's first voxel's corner
-    double b1, b2;
+    Vec3d p;       ///< in voxels from the lowest corner of the tile
+    double b1, b2; ///< barycentric coordinates: weights of the triangle's second and third corner
 };
 
 Corner middle(const Corner& a, const Corner& b)
@@ -18,8 +19,8 @@ Corner middle(const Corner& a, const Corner& b)
     return {(a.p + b.p) * 0.5, (a.b1 + b.b1) / 2, (a.b2 + b.b2) / 2};
 }
 
-/// Halves the triangle at its longest side until no side is longer than kSpacing; parts away from
-/// the tile are dropped.
+/// Halves the triangle at its longest side until no side is longer than kSpacing, and calls `emit`
+/// with the middle and the share of each part. Leaves out parts that are far from the tile.
 template <class Emit>
 void divide(const Corner& a, const Corner& b, const Corner& c, double share, const Emit& emit)
 {
@@ -64,19 +65,13 @@ Vec3f Skin::colour(const SurfacePoint& p) const
     return {c[0] * map[0], c[1] * map[1], c[2] * map[2]};
 }
 
-void Skin::bounds(std::int32_t triangle, double voxel, Vec3d& low, Vec3d& high) const
+openvdb::BBoxd Skin::bounds(std::int32_t triangle, double voxel) const
 {
-    const auto& corners = m_surface->mesh().triangles[triangle];
-    low = Vec3d(std::numeric_limits<double>::max());
-    high = -low;
-    for (const std::int32_t c : corners) {
-        const Vec3d p = m_surface->mesh().points[c] / voxel;
-        low = openvdb::math::minComponent(low, p);
-        high = openvdb::math::maxComponent(high, p);
-    }
-    const double margin = 1 + std::abs(m_spec.depth);
-    low -= Vec3d(margin);
-    high += Vec3d(margin);
+    openvdb::BBoxd bounds;
+    for (const std::int32_t c : m_surface->mesh().triangles[triangle])
+        bounds.expand(m_surface->mesh().points[c] / voxel);
+    const Vec3d margin(1 + std::abs(m_spec.depth));
+    return {bounds.min() - margin, bounds.max() + margin};
 }
 
 void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin,

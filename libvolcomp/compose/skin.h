@@ -1,11 +1,12 @@
-// The surface itself as an opaque thin shell of voxels with normals, so that nobody sees through
-// the fur.
+// SPDX-License-Identifier: Apache-2.0
+// The surface itself as a thin shell of voxels with normals, so that nobody sees through the fur.
 #pragma once
 
-#include <memory>
+#include <string>
+#include <vector>
 
-#include "volcomp/place/placed_scene.h"
 #include "volcomp/compose/tile_accumulator.h"
+#include "volcomp/place/placed_scene.h"
 
 namespace volcomp {
 
@@ -20,14 +21,15 @@ public:
     const std::string& material() const { return m_spec.material; }
     const Surface& surface() const { return *m_surface; }
     bool hasColour() const { return !m_colour.isConstant(); }
-    Vec3f colour(const SurfacePoint& p) const;
+    Vec3f colour(const SurfacePoint& p) const; ///< linear
 
     /// Bounds of a triangle's voxels, in voxels of edge `voxel`.
-    void bounds(std::int32_t triangle, double voxel, Vec3d& low, Vec3d& high) const;
+    openvdb::BBoxd bounds(std::int32_t triangle, double voxel) const;
 
-    /// Adds one triangle: points on it, closer than the voxels, each with its part of the area as a
-    /// cube of one voxel. The optical depth along the normal is -ln(transmittance) whatever the
-    /// voxel. What falls outside of the tile is left out.
+    /// Adds one triangle to the tile whose first voxel is `tile_origin`. Points on the triangle,
+    /// closer to each other than the voxels, each add a cube of one voxel for their part of the
+    /// area. The optical depth along the normal is -ln(SkinSpec::transmittance) for any voxel size.
+    /// What falls outside of the tile is left out. `voxel` is the edge in world units.
     void add(std::int32_t triangle, double voxel, const openvdb::Coord& tile_origin,
              TileAccumulator& tile) const;
 

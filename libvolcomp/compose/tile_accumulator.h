@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums density, directions and colour over 16^3 voxels: the working memory of compose(), one for
 // each thread.
 #pragma once

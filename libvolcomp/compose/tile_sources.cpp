@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/tile_sources.h"
 
 #include <algorithm>
@@ -10,10 +11,8 @@
 namespace volcomp {
 namespace {
 
-constexpr int kTile = TileAccumulator::kSize;
-
-/// Level of the pyramid for a box placed so that its voxel is `step` voxels of the target: the
-/// coarsest whose voxel is not larger than the target's.
+/// Level of the pyramid for a box whose voxel, as placed, has `step` times the edge of the
+/// target's: the coarsest level whose voxels are not larger than the target's.
 int levelFor(double step)
 {
     int level = 0;
@@ -21,37 +20,47 @@ int levelFor(double step)
     return level;
 }
 
-// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3: root entry (4096^3), node
-// in it, tile in the node.
-constexpr int kInNode = 7 - TileAccumulator::kLog2,
-              kInRoot = 5
-    + kInNode; ///< bits of a tile's coordinate inside a node, and inside a root entry
-constexpr int kRootBits = 13, kRootBias = 1 << (kRootBits - 1);
-static_assert(3 * (kRootBits + kInRoot) <= 64
-              && TileAccumulator::kLog2 + kInRoot + kRootBits >= 25);
+// A tile's key sorts as an OpenVDB tree does down to its nodes of 128^3 voxels. From the highest
+// bits down it holds x, y, z of the root's entry of 4096^3 voxels, then of the node in it, then of
+// the tile in the node.
+constexpr int kNodeBits = 7 - TileAccumulator::kLog2; ///< of a tile's coordinate within a node
+constexpr int kEntryBits = 5;                         ///< of a node's within an entry
+constexpr int kRootBits = 13;                         ///< of an entry's, which may be negative
+constexpr int kRootBias = 1 << (kRootBits - 1);
+static_assert(3 * (kRootBits + kEntryBits + kNodeBits) <= 64);
+static_assert(TileAccumulator::kLog2 + kNodeBits + kEntryBits + kRootBits >= 25,
+              "voxels from -2^24 to 2^24");
 
-std::uint64_t tileKey(const openvdb::Coord& t)
+std::uint64_t tileKey(const openvdb::Coord& tile)
 {
     std::uint64_t key = 0;
+    const auto append = [&](int value, int bits) {
+        key = key << bits | static_cast<std::uint64_t>(value & ((1 << bits) - 1));
+    };
     for (int i = 0; i < 3; ++i)
-        key = key << kRootBits | std::uint64_t((t[i] >> kInRoot) + kRootBias);
-    for (int i = 0; i < 3; ++i) key = key << 5 | std::uint64_t(t[i] >> kInNode & 31);
-    for (int i = 0; i < 3; ++i) key = key << kInNode | std::uint64_t(t[i] & ((1 << kInNode) - 1));
+        append((tile[i] >> (kEntryBits + kNodeBits)) + kRootBias, kRootBits);
+    for (int i = 0; i < 3; ++i) append(tile[i] >> kNodeBits, kEntryBits);
+    for (int i = 0; i < 3; ++i) append(tile[i], kNodeBits);
     return key;
 }
 
+/// The first voxel of a tile.
 openvdb::Coord tileOrigin(std::uint64_t key)
 {
-    const auto bits = [&](int from, int count) {
-        return static_cast<int>(key >> from & ((1 << count) - 1));
+    const auto takeLast = [&](int bits) {
+        const auto value = static_cast<int>(key & ((std::uint64_t(1) << bits) - 1));
+        key >>= bits;
+        return value;
     };
-    openvdb::Coord t;
+    openvdb::Coord in_node, in_entry, entry;
+    for (int i = 2; i >= 0; --i) in_node[i] = takeLast(kNodeBits);
+    for (int i = 2; i >= 0; --i) in_entry[i] = takeLast(kEntryBits);
+    for (int i = 2; i >= 0; --i) entry[i] = takeLast(kRootBits) - kRootBias;
+    openvdb::Coord origin;
     for (int i = 0; i < 3; ++i)
-        t[i] = ((bits(3 * kInRoot + (2 - i) * kRootBits, kRootBits) - kRootBias) * 32
-                + bits(3 * kInNode + (2 - i) * 5, 5))
-                * (1 << kInNode)
-            + bits((2 - i) * kInNode, kInNode);
-    return {t[0] * kTile, t[1] * kTile, t[2] * kTile};
+        origin[i] = ((entry[i] * (1 << kEntryBits) + in_entry[i]) * (1 << kNodeBits) + in_node[i])
+            * TileAccumulator::kSize;
+    return origin;
 }
 
 } // namespace
@@ -63,7 +72,7 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, do
         if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
     BoxSources packed;
     packed.boxes.resize(boxes.size());
-    const auto use = [&](const std::string& m) {
+    const auto addMaterial = [&](const std::string& m) {
         if (std::find(packed.materials.begin(), packed.materials.end(), m)
             == packed.materials.end())
             packed.materials.push_back(m);
@@ -76,9 +85,9 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, do
                 for (int n = levelFor(levels[0].voxel * smallest[b] / voxel);
                      n > 0 && levels.back().voxels.size() > 1; --n)
                     levels.push_back(coarsen(levels.back()));
-                use(part.material);
+                addMaterial(part.material);
             }
-    for (const Skin& skin : skinsOf(scene)) use(skin.material());
+    for (const Skin& skin : skinsOf(scene)) addMaterial(skin.material());
     return packed;
 }
 
@@ -111,8 +120,8 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
         std::uint64_t source = m_entries[i].source;
         if (source < m_placements.size()) {
             const Placement& p = m_placements[source];
-            // Where directions are equally strong the earlier placement's wins (MODEL section 8):
-            // it counts for up to 1/4096 more, less than a half float shows.
+            // If directions are equally strong, the earlier placement's wins (MODEL section 8): it
+            // counts for up to 1/4096 more, which is less than a half float shows.
             const float weight = 1 + float(end - i) / float(end - first) / 4096;
             const VoxelTint tint = tintOf(source);
             PlacedBox(p, *partOf(p), m_params.voxel)
@@ -133,6 +142,7 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
                 blocks);
 }
 
+/// The part of this material at the level that the placement needs; null if the box has none.
 const SourcePart* TileSources::partOf(const Placement& p) const
 {
     for (const Pyramid& levels : m_boxes[p.box])
@@ -159,11 +169,11 @@ VoxelTint TileSources::tintOf(std::size_t placement) const
             m_scene.boxes.triangle(placement)};
 }
 
-/// Whether grids of direction and colour are needed, and where not, the one colour.
+/// Finds the kind, whether voxels need directions and colours, and if not, the one colour.
 void TileSources::findColours()
 {
     std::optional<Vec3f> shared;
-    const auto see = [&](const Vec3f& c) {
+    const auto noteColour = [&](const Vec3f& c) {
         if (!shared) shared = c;
         else if (*shared != c) m_colour = true;
     };
@@ -173,45 +183,61 @@ void TileSources::findColours()
             m_kind = part->kind;
             if (part->has_colour || hasVoxelTint(p)) m_colour = true;
             else
-                see(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
-                          part->colour[2] * p.tint[2]));
+                noteColour(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
+                                 part->colour[2] * p.tint[2]));
         }
     for (const Skin& skin : m_skins)
         if (skin.material() == m_material) {
             m_direction = true;
             m_kind = MaterialKind::surface;
             if (skin.hasColour()) m_colour = true;
-            else see(skin.colour({}));
+            else noteColour(skin.colour({}));
         }
     m_uniform = shared.value_or(Vec3f(1.0f));
 }
 
+/// The tiles that the placements [begin, end) reach.
+std::vector<TileSources::Entry> TileSources::placementEntries(std::size_t begin,
+                                                              std::size_t end) const
+{
+    std::vector<Entry> entries;
+    for (std::size_t i = begin; i < end; ++i)
+        if (const SourcePart* part = partOf(m_placements[i]))
+            PlacedBox(m_placements[i], *part, m_params.voxel)
+                .forTiles([&](const openvdb::Coord& tile) {
+                    entries.push_back({tileKey(tile), i});
+                });
+    return entries;
+}
+
+/// The tiles that the triangles of a skin reach, of which the first has the number `first_source`.
+std::vector<TileSources::Entry> TileSources::skinEntries(const Skin& skin,
+                                                         std::uint64_t first_source) const
+{
+    std::vector<Entry> entries;
+    if (skin.material() != m_material) return entries;
+    for (std::size_t t = 0; t < skin.surface().mesh().triangles.size(); ++t) {
+        const openvdb::BBoxd bounds = skin.bounds(static_cast<std::int32_t>(t), m_params.voxel);
+        forTilesBetween(bounds.min(), bounds.max(), "skin", [&](const openvdb::Coord& tile) {
+            entries.push_back({tileKey(tile), first_source + t});
+        });
+    }
+    return entries;
+}
+
+/// Lists the sources of every tile.
 void TileSources::findTiles()
 {
     constexpr std::size_t kChunk = 4096;
-    const std::size_t chunks = (m_placements.size() + kChunk - 1) / kChunk;
-    std::vector<std::vector<Entry>> lists(chunks + m_skins.size());
+    const std::size_t count = m_placements.size(), chunks = (count + kChunk - 1) / kChunk;
+    std::vector<std::vector<Entry>> lists(chunks);
     tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) {
-        for (std::size_t i = c * kChunk; i < std::min(m_placements.size(), (c + 1) * kChunk); ++i)
-            if (const SourcePart* part = partOf(m_placements[i]))
-                PlacedBox(m_placements[i], *part, m_params.voxel)
-                    .forTiles([&](const openvdb::Coord& tile) {
-                        lists[c].push_back({tileKey(tile), i});
-                    });
+        lists[c] = placementEntries(c * kChunk, std::min(count, (c + 1) * kChunk));
     });
-    std::uint64_t source = m_placements.size();
-    for (std::size_t s = 0; s < m_skins.size(); ++s) {
-        const Skin& skin = m_skins[s];
-        const std::size_t triangles = skin.surface().mesh().triangles.size();
-        if (skin.material() == m_material)
-            for (std::size_t t = 0; t < triangles; ++t) {
-                Vec3d low, high;
-                skin.bounds(static_cast<std::int32_t>(t), m_params.voxel, low, high);
-                forTilesBetween(low, high, "skin", [&](const openvdb::Coord& tile) {
-                    lists[chunks + s].push_back({tileKey(tile), source + t});
-                });
-            }
-        source += triangles;
+    std::uint64_t source = count;
+    for (const Skin& skin : m_skins) {
+        lists.push_back(skinEntries(skin, source));
+        source += skin.surface().mesh().triangles.size();
     }
     std::size_t total = 0;
     for (const auto& list : lists) total += list.size();

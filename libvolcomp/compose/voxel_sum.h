@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is added up in each voxel of a composite.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The recursive function that fills a box: from parameters to tapered round cones and flat pieces
 // (MODEL section 6).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a box grows: the parameters of the recursive function (MODEL section 6).
 //
 // A growth rule is a list of levels. A level grows strands (stems, hairs, needles) or flat shapes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One strand of the recursion: where it stands, and the line that it follows. Private to growing.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sheet with a picture of each box, to see at a glance what was baked.
 #pragma once
 

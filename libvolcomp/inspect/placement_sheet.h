@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sheet of pictures of the second densities: where boxes stand, and each map on its surface.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which placed boxes matter to a picture.
 #pragma once
 

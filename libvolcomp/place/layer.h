@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A layer: one kind of box over one surface, with the second densities that say where boxes stand,
 // how large they are and in what colour (MODEL section 7).
 #pragma once

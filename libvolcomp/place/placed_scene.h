@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stage *place*: surfaces, and the boxes that stand on them (MODEL section 7).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Placed boxes: what scattering makes and composing works through.
 #pragma once
 

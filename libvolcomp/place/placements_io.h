@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Placements in files that other programs read.
 #pragma once
 

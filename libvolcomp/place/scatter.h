@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where boxes stand: stratified samples over a surface, kept with the probability of the second
 // density (MODEL section 7).
 #pragma once

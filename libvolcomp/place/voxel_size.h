@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The finest voxel that a picture can show.
 #pragma once
 

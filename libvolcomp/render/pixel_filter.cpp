@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/pixel_filter.h"
 
 #include <algorithm>
@@ -20,7 +21,7 @@ double pixelWeight(PixelFilter filter, double x)
     case PixelFilter::box:
         return 1;
     case PixelFilter::gaussian:
-        return std::exp(-0.5 * 9 * x * x); // cut at three standard deviations
+        return std::exp(-0.5 * 9 * x * x); // the radius is three standard deviations
     case PixelFilter::blackman_harris: {
         const double a = kPi * x; // Harris 1978, four terms
         return 0.35875 + 0.48829 * std::cos(a) + 0.14128 * std::cos(2 * a)
@@ -36,7 +37,7 @@ PixelSampler::PixelSampler(const RenderParams& params)
 {
     if (params.pixel_filter == PixelFilter::box) return;
     constexpr int kSteps = 4096, kEntries = 1024;
-    std::vector<double> below{0}; // weight up to each step, by the trapezium rule
+    std::vector<double> below{0}; // weight below each step, by the trapezium rule
     const auto weight = [&](int i) {
         return pixelWeight(params.pixel_filter, 2.0 * i / kSteps - 1);
     };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a volume to a picture: ray marching with closed forms per voxel (MODEL sections 3 to 5).
 #pragma once
 
@@ -19,30 +20,34 @@ namespace volcomp {
 
 /// What a render did; all counts are exact.
 struct RenderStats {
-    std::uint64_t rays = 0, shadow_rays = 0, shaded_voxels = 0;
+    std::uint64_t rays = 0;                        ///< of the camera
+    std::uint64_t shadow_rays = 0;                 ///< to lights, as far as the light was not swept
+    std::uint64_t shaded_voxels = 0;               ///< intervals of camera rays that were shaded
     std::uint64_t active_voxels = 0;               ///< of the finest level in use
-    double prepare_seconds = 0, march_seconds = 0; ///< wall
+    double prepare_seconds = 0, march_seconds = 0; ///< wall time
 };
 
-/// How far a render is. From it a stopped one goes on, to the same pixels as if it had not been
+/// How far a render is. A stopped render goes on from it, to the same pixels as if it had not been
 /// stopped.
 struct RenderState {
-    std::vector<double> sums; ///< of the samples so far, by pixel and channel as in the image
-    std::vector<std::int32_t>
-        samples; ///< so far, by tile; -1: one in each fourth pixel across and down
+    /// The sum over the samples so far, by pixel and channel in the order of the image.
+    std::vector<double> sums;
+    /// Samples a pixel so far, by tile; -1 is one sample in each fourth pixel across and down.
+    std::vector<std::int32_t> samples;
 };
 
 /// For long renders: a picture soon, and a state to save.
 struct RenderWatch {
-    RenderState state;    ///< where to go on; empty: at the start. Afterwards what was done
-    bool preview = false; ///< coarse first: every fourth pixel, then all, then 2, 4, 8 ... samples;
-                          ///< the pixels stay the same
-    double every_seconds = 10;
-    /// Called about every so many seconds, when the render stops, and with `preview` after each of
-    /// its passes; no pixel changes meanwhile. The image is what there is to see so far.
+    RenderState state; ///< where to go on; empty means at the start. Afterwards, what was done
+    /// Renders coarsely first: every fourth pixel, then all pixels, then 2, 4, 8 ... samples. The
+    /// pixels stay the same in the end.
+    bool preview = false;
+    double every_seconds = 10; ///< between calls of `update`, about
+    /// render() calls this about every so many seconds, when it stops, and with `preview` after
+    /// each pass. No pixel changes meanwhile. `so_far` is what there is to see.
     std::function<void(const RenderState& state, const Image& so_far)> update;
-    const std::atomic<bool>* stop =
-        nullptr; ///< where this becomes true, render() calls update and throws Stopped
+    /// If this becomes true, render() calls `update` and throws Stopped.
+    const std::atomic<bool>* stop = nullptr;
 };
 
 /// A render was stopped from outside.
@@ -54,17 +59,21 @@ public:
 class VoxelTree;
 struct VoxelLevel;
 
-/// The picture of a volume. Parts find their material by name; an unnamed part takes the first
-/// material of its kind, or the defaults. The bytes of the result do not depend on the number of
-/// threads. Channels: R, G, B, A (premultiplied), and with params.aovs Z, N.X, N.Y, N.Z, albedo.R,
-/// albedo.G, albedo.B and NAME.R, NAME.G, NAME.B of each light, all weighted like R, G, B; depths
-/// are distances from the camera, 0 where nothing is. Throws Error for a material that is not there
-/// and for a state of another picture; Stopped.
+/// Renders a volume, given as the levels that the camera needs (voxelLevels()). Each part takes the
+/// material of its name; an unnamed part takes the first material of its kind, or the defaults. The
+/// bytes of the result do not depend on the number of threads.
+///
+/// The channels are R, G, B, A (premultiplied), and with params.aovs also Z, N.X, N.Y, N.Z,
+/// albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B for each light, all weighted as R, G, B
+/// are. Z is the distance from the camera, 0 where nothing is.
+///
+/// Throws Error if a setting, the camera or a light is out of range, if a material is missing or of
+/// the wrong kind, or if watch->state is one of another picture. Throws Stopped if it was stopped.
 Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials,
              const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress = {}, RenderStats* stats = nullptr,
              RenderWatch* watch = nullptr);
-/// With the levels that the camera needs, made anew.
+/// The same; makes the levels that the camera needs.
 Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress = {}, RenderStats* stats = nullptr);

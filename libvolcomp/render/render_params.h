@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a picture is computed: every approximation has its switch here.
 #pragma once
 
@@ -10,10 +11,8 @@ enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, fibre };
 enum class Shadows { exact, sweep, none };
-enum class Undirected {
-    isotropic,
-    gradient
-}; ///< how a voxel without direction is shaded (MODEL section 4)
+/// How a voxel without direction is shaded (MODEL section 4).
+enum class Undirected { isotropic, gradient };
 enum class PixelFilter { box, gaussian, blackman_harris };
 
 constexpr Word<Integration> kIntegrationWords[] = {{"exact", Integration::exact},
@@ -30,7 +29,7 @@ constexpr Word<PixelFilter> kPixelFilterWords[] = {
     {"gaussian", PixelFilter::gaussian},
     {"blackman-harris", PixelFilter::blackman_harris}};
 
-/// A rectangle of pixels from the picture's top left corner. Empty (width 0): all of it.
+/// A rectangle of pixels, counted from the picture's top left corner. Width 0 means all of it.
 struct Crop {
     int x = 0, y = 0, width = 0, height = 0;
 };
@@ -40,24 +39,24 @@ struct RenderParams {
     int width = 640, height = 480;               ///< pixels
     Crop crop;                                   ///< the image holds only these pixels
     int samples = 1;                             ///< per pixel
-    PixelFilter pixel_filter = PixelFilter::box; ///< how they are weighed, with more than one
-    double pixel_radius = 0; ///< of that filter, pixels; 0: 0.5 for box, 1.5 for the others
+    PixelFilter pixel_filter = PixelFilter::box; ///< weight of the samples, if there are several
+    double pixel_radius = 0; ///< of that filter, pixels; 0 means 0.5 for box, 1.5 for the others
     double tau = 1;          ///< extinction per density, >= 0
     Integration integration = Integration::exact;
-    double step = 1; ///< riemann: voxels
+    double step = 1; ///< of riemann integration, voxels
     Filter filter = Filter::box;
     Extinction extinction = Extinction::fibre;
     Shadows shadows = Shadows::exact;
-    double cutoff =
-        0.001; ///< rays end where less light than this fraction passes; 0: never. No radiance is
-               ///< off by more than cutoff times the brightest that a voxel shows
-    bool lod = false; ///< level of detail: voxels as wide as pixels where those at hand are smaller
+    /// Rays end where less than this fraction of light passes; 0 means never. No radiance is off by
+    /// more than the cutoff times the brightest that a voxel shows.
+    double cutoff = 0.001;
+    bool lod = false; ///< level of detail: coarser voxels where voxels are smaller than pixels
     Undirected undirected = Undirected::isotropic;
     bool aovs = false;   ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
     Vec3d background{0}; ///< radiance behind everything, linear RGB
     Vec3d ambient{0};    ///< radiance from all around, linear RGB
 
-    /// Throws Error where a value is out of range or not finite.
+    /// Throws Error if a value is out of range or not finite.
     void validate() const;
 };
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/shade.h"
 
 #include <algorithm>
@@ -9,13 +10,13 @@ namespace {
 constexpr double kLn2 = 0.693147180559945309417;
 constexpr double kMinGamma = 0.001;  // rad
 constexpr double kMinCosine = 0.01;  // cos theta_r and cos theta_Q in denominators
-constexpr double kDegenerate = 1e-6; // length below which V + L or Q - (t.Q)t has no direction
+constexpr double kDegenerate = 1e-6; // V + L or Q - (t.Q)t shorter than this has no direction
 
 double acosClamped(double x) { return std::acos(std::min(1.0, std::max(-1.0, x))); }
 
 double distribution(const Lobe& lobe, double phi) { return std::exp(-lobe.falloff * phi * phi); }
 
-// N is on the side of V already, or has a side.
+// For a normal on the side of V.
 Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
 {
     const double cos_i = N.dot(L);

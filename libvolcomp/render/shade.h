@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reflection of light by one voxel (MODEL sections 4 and 5; paper, equations (5) to (11); Torrance
 // and Sparrow 1967, Cook and Torrance 1981).
 //
-// All vectors are unit length and point away from the voxel: V to the eye, L to the light. The
-// result is for a light of strength 1 that nothing attenuates: I = diffuse * c_b + specular * e. It
-// is finite and >= 0 for every input of unit length.
+// All vectors have unit length and point away from the voxel: V to the eye, L to the light. The
+// result holds for a light of strength 1 that nothing attenuates: I = diffuse * c_b + specular * e.
+// It is finite and >= 0 for every input of unit length.
 #pragma once
 
 #include "volcomp/volume/material.h"
@@ -23,26 +24,26 @@ struct Lobe {
     double n = 1;
 };
 
-/// `spread` is 0 where all directions of the voxel agree (volume.h). It widens the lobe, gamma'^2 =
-/// gamma^2 + 2 ln2 k^2 spread^2 with k = 2 for fibres and 1 for surfaces, and lowers it by gamma /
-/// gamma' (MODEL section 8). gamma is at least 0.001 rad.
+/// `spread` is that of the directions in a voxel, 0 if all agree (volume.h). It widens the lobe to
+/// gamma'^2 = gamma^2 + 2 ln2 k^2 spread^2, with k = 2 for fibres and 1 for surfaces, and lowers it
+/// by gamma / gamma' (MODEL section 8). A gamma below 0.001 rad counts as 0.001 rad.
 Lobe makeLobe(const Material& material, double spread = 0);
 
-/// MODEL section 4. The normal has no preferred side: where N.V < 0, -N is meant.
+/// MODEL section 4. The normal has no preferred side: if N.V < 0, -N is meant.
 Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L);
 
-/// As reflectSurface() for a normal that has a side (of a density's gradient): nothing is seen from
-/// behind.
+/// As reflectSurface(), for a normal that has a side, such as a density's gradient: nothing is seen
+/// from behind.
 Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L);
 
-/// MODEL section 5. t and -t give the same.
+/// MODEL section 5. Tangents t and -t give the same.
 Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L);
 
-/// A voxel without direction: I = alpha c_b / 4.
+/// For a voxel without direction: I = alpha c_b / 4.
 inline Reflection reflectIsotropic(const Lobe& lobe) { return {lobe.alpha / 4, 0}; }
 
-/// The Fresnel reflectance F of unpolarised light at cosine c, refractive index n; 1 beyond the
-/// critical angle, 0 for n = 1.
+/// The Fresnel reflectance F of unpolarised light for the cosine c of the angle of incidence and
+/// the refractive index n; 1 beyond the critical angle, 0 for n = 1.
 double fresnel(double c, double n);
 
 } // namespace volcomp

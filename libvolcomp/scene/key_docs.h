@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference of the scene file, as the parser itself lists it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stage *place* for a scene file: what place/ needs, taken from the Scene.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reader of each table of the scene file. Private: readScene() calls them, and each is in the
 // read_*.cpp of its name.
 //

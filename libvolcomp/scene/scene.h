@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One scene file, read and checked: what the programs work from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a TOML table key by key, and knows at the end which keys nobody has read.
 //
 // Each key is read once, with its default, range, unit and meaning. The same calls read a file and,

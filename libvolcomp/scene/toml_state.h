@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a TableReader knows, and the texts of its messages. Private to the reader.
 #pragma once
 

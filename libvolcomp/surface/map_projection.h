@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a map is projected onto a surface: from points of the world to (u,v) and back (MODEL section
 // 7).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A triangle mesh, read from a file and mended, and a report of what was wrong with it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the triangles of a mesh hang together.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A second density (MODEL section 7): a number or a colour at every place of a surface, made of
 // images, constants, noise and products of them.
 #pragma once

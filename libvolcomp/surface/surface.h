@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surface that boxes stand on: a mesh with what scattering and maps need to know of it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nearest points and crossings of a set of triangles, found with CGAL's AABB tree.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nearest points of a surface for many places that are close together, found by walking from
 // triangle to triangle.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ground: a plane or a height field as a mesh.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lights (MODEL section 4). A white diffuse surface that faces a light shows the light's strength.
 #pragma once
 

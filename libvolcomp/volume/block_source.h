@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the renderer takes its voxels from: a volume in memory, a file, or a packed volume.
 //
 // Space is cut as an OpenVDB tree cuts it (node_index.h): into nodes of 128^3 voxels, and each node

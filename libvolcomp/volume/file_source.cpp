@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/volume/file_source.h"
 
 #include "volcomp/volume/mapped_pages.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Conversion of floats to half floats, many at a time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a voxel's particles are made of: the constants of MODEL sections 4 and 5 (paper, equations
 // (5) to (11)).
 #pragma once

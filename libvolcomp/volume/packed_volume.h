@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A volume's active voxels alone, packed: what compose() makes and what files are written from.
 //
 // An OpenVDB leaf keeps 512 values however few are active, 28 bytes for each density, direction and

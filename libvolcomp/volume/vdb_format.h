@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the reader and the writer of VDB files (vdb_io.h) share: names of grids and metadata.
 #pragma once
 

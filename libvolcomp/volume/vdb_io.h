@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Volumes in VDB files that other programs understand: fog volumes named `density`, `tangentu` or
 // `N`, and `Cd` (or `color`).
 //

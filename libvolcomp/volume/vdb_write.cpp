@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
 #include <fstream>
@@ -272,7 +273,7 @@ class Writer : public openvdb::io::Archive {
 public:
     explicit Writer(const fs::path& file) { m_out.open(file, std::ios::binary | std::ios::trunc); }
 
-    void write(const openvdb::GridPtrVec& grids, const openvdb::MetaMap& meta)
+    void writeGrids(const openvdb::GridPtrVec& grids, const openvdb::MetaMap& meta)
     {
         openvdb::io::setDataCompression(m_out, compression());
         writeHeader(m_out, true);
@@ -328,7 +329,7 @@ void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb
             const bool blosc = openvdb::io::Archive::hasBloscCompression();
             out.setCompression((blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP)
                                | openvdb::io::COMPRESS_ACTIVE_MASK);
-            out.write(grids, meta);
+            out.writeGrids(grids, meta);
         } catch (const std::exception& e) {
             throw fileError(file, "", "a file that can be written", e.what(),
                             "Is the disk full, or the directory not yours?");

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Voxels that can be rendered: what a box file and a composed volume file both hold.
 //
 // A Volume is a list of parts, one for each material; where parts overlap, their densities add and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The blocks of OpenVDB grids.
 #include <algorithm>
 
@@ -56,10 +57,10 @@ bool vectorsHaveNode(const VolumePart& part, const Coord& at)
         || hasNode<Node>(part.scatter_ratio, at);
 }
 
-// The vectors of a mask's voxels: one, if the grid has no leaf there. Reads them from the file, if
-// they are still there.
+// The vectors of the `count` voxels of a mask; one, if the grid has no leaf there. Reads them from
+// the file, if they are still there.
 void takeVectors(const openvdb::Vec3SGrid::Ptr& grid, const Coord& block, const VoxelMask& mask,
-                 std::vector<Vec3f>& to)
+                 std::size_t count, std::vector<Vec3f>& to)
 {
     if (!grid) return;
     const VectorLeaf* leaf = grid->tree().probeConstLeaf(block);
@@ -68,17 +69,20 @@ void takeVectors(const openvdb::Vec3SGrid::Ptr& grid, const Coord& block, const 
         return;
     }
     const Vec3f* values = leaf->buffer().data();
+    to.resize(count);
+    Vec3f* next = to.data();
     for (int x = 0; x < 8; ++x)
         for (std::uint64_t left = mask[x]; left; left &= left - 1)
-            to.push_back(values[x << 6 | __builtin_ctzll(left)]);
+            *next++ = values[x << 6 | __builtin_ctzll(left)];
 }
 
 void takePart(const VolumePart& part, const Coord& block, PartVoxels& to)
 {
     to.clear();
+    std::size_t count = kLeafSize;
     if (const FloatLeaf* leaf = part.density->tree().probeConstLeaf(block)) {
         const float* values = leaf->buffer().data();
-        bool any = false;
+        to.density.reserve(kLeafSize);
         for (int x = 0; x < 8; ++x)
             for (std::uint64_t left = leaf->valueMask().getWord<std::uint64_t>(x); left;
                  left &= left - 1) {
@@ -86,18 +90,18 @@ void takePart(const VolumePart& part, const Coord& block, PartVoxels& to)
                 if (density == 0) continue;
                 to.mask[x] |= left & ~(left - 1);
                 to.density.push_back(density);
-                any = true;
             }
-        if (!any) return;
+        count = to.density.size();
+        if (count == 0) return;
     } else {
         const float tile = tileOf(part, block);
         if (tile == 0) return;
         to.mask = kAllVoxels;
         to.density.push_back(tile);
     }
-    takeVectors(part.direction, block, to.mask, to.direction);
-    takeVectors(part.scatter_ratio, block, to.mask, to.scatter_ratio);
-    takeVectors(part.colour, block, to.mask, to.colour);
+    takeVectors(part.direction, block, to.mask, count, to.direction);
+    takeVectors(part.scatter_ratio, block, to.mask, count, to.scatter_ratio);
+    takeVectors(part.colour, block, to.mask, count, to.colour);
     if (!part.colour) to.colour.push_back(part.uniform_colour);
 }
 

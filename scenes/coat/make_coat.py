@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the fur coat's surfaces and maps: a garment with sleeves, a shawl collar and an open
 front, on a tailor's dummy.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the land of the scene forest, and coarse maps that say where each plant grows.
 
     make_forest.py DIR

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the ball of the scene hello: make_hello.py DIR writes
 
     DIR/ball.obj   a sphere of radius 6 cm around the origin

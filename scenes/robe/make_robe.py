@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the bathrobe's surfaces and maps. It hangs on a hanger and is wrapped in front; it has
 wide sleeves, a shawl collar and a belt that is tied in a bow.
 

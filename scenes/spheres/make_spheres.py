@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes the surfaces of the scene spheres: make_spheres.py DIR writes
 
     DIR/ball.obj   a sphere of radius 1 around the origin

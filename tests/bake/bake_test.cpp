@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes against exactly traced strands, and against what their rules say.
 #include "volcomp/bake/bake.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // MODEL section 6: the same seed gives the same box on every machine.
 #include <cstring>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The functions against the standard library's in long double, and their bytes against those of
 // every other machine.
 #include "volcomp/base/portable_math.h"

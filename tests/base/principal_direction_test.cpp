@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Principal directions of tensors that are built from known eigenvectors.
 #include <gtest/gtest.h>
 

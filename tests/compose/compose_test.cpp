@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/compose.h"
 
 #include <cmath>
@@ -24,7 +25,7 @@ double massOf(const VolumePart& part)
     return sum * std::pow(part.density->voxelSize()[0], 3);
 }
 
-TEST(Compose, anAlignedBoxIsCopiedExactly)
+TEST(Compose, AnAlignedBoxIsCopiedExactly)
 {
     const Box box = strands(16, 24, 12, 0.01, 1);
     const Volume v = composed({box}, {turned({0, 1, 0}, 0, {0.05, -0.11, 0.33})}, voxel(0.01));
@@ -45,7 +46,7 @@ TEST(Compose, anAlignedBoxIsCopiedExactly)
     }
 }
 
-TEST(Compose, aQuarterTurnAboutAnAxisIsExact)
+TEST(Compose, AQuarterTurnAboutAnAxisIsExact)
 {
     const Box box = strands(16, 24, 12, 0.01, 2);
     const auto& from = box.volume.parts[0];
@@ -69,7 +70,7 @@ TEST(Compose, aQuarterTurnAboutAnAxisIsExact)
         }
 }
 
-TEST(Compose, theIntegralOfDensityIsKeptAtAnyVoxelSize)
+TEST(Compose, TheIntegralOfDensityIsKeptAtAnyVoxelSize)
 {
     const Box box = strands(20, 30, 30, 0.01, 3);
     const double before = massOf(box.volume.parts[0]);
@@ -84,7 +85,7 @@ TEST(Compose, theIntegralOfDensityIsKeptAtAnyVoxelSize)
         }
 }
 
-TEST(Compose, equalsABruteForceCompositeInDouble)
+TEST(Compose, EqualsABruteForceCompositeInDouble)
 {
     // The reference computes each cube's overlap with every voxel in double, and the largest
     // eigenvector by Jacobi rotations.
@@ -166,7 +167,7 @@ TEST(Compose, equalsABruteForceCompositeInDouble)
     EXPECT_LT(elsewhere / total, 1e-4);
 }
 
-TEST(Compose, transmittanceThroughAScaledBoxIsTheOriginals)
+TEST(Compose, TransmittanceThroughAScaledBoxIsTheOriginals)
 {
     // A cube of constant density: optical depth across it is density * size, whatever the scale.
     Box box{"cube", 0, {}};
@@ -197,7 +198,7 @@ std::string bytesOf(const Volume& v)
     return s.str();
 }
 
-TEST(Compose, theBytesAreTheSameForAnyNumberOfThreads)
+TEST(Compose, TheBytesAreTheSameForAnyNumberOfThreads)
 {
     const std::vector<Box> boxes{strands(16, 30, 20, 0.01, 6)};
     std::vector<Placement> placements;
@@ -216,7 +217,7 @@ TEST(Compose, theBytesAreTheSameForAnyNumberOfThreads)
     EXPECT_GT(one.size(), 100000u);
 }
 
-TEST(Compose, theBytesAreTheSameWithEveryInstructionSet)
+TEST(Compose, TheBytesAreTheSameWithEveryInstructionSet)
 {
     const std::vector<Box> boxes{strands(16, 30, 20, 0.01, 6)};
     std::vector<Placement> placements;
@@ -232,7 +233,26 @@ TEST(Compose, theBytesAreTheSameWithEveryInstructionSet)
     }
 }
 
-TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)
+TEST(Compose, BlocksAreInTheOrderOfAnOpenvdbTree)
+{
+    // On both sides of the borders of the tree's nodes of 128^3 and 4096^3 voxels.
+    const std::vector<Box> boxes{strands(16, 30, 20, 0.01, 6)};
+    std::vector<Placement> placements;
+    for (int k = 0; k < 54; ++k) {
+        placements.push_back(randomPlacement(hashKey(17, k), 0.1));
+        const int at[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 % 3 - 1};
+        for (int i = 0; i < 3; ++i)
+            placements.back().position[i] += at[i] * (k < 27 ? 1.28 : 40.96);
+    }
+    const PackedVolume v = compose(boxes, placements, voxel(0.01));
+    const std::vector<PackedBlock>& blocks = v.parts.at(0).blocks;
+    EXPECT_GT(blocks.size(), 1000u);
+    for (std::size_t i = 1; i < blocks.size(); ++i)
+        ASSERT_TRUE(inTreeOrder(blocks[i - 1].origin, blocks[i].origin))
+            << blocks[i - 1].origin << " " << blocks[i].origin;
+}
+
+TEST(Compose, FarFromTheOriginIsAsGoodAsAtIt)
 {
     // A million voxels away a float holds no part of a voxel.
     const Box box = strands(16, 20, 10, 0.01, 9);
@@ -250,7 +270,7 @@ TEST(Compose, farFromTheOriginIsAsGoodAsAtIt)
     EXPECT_LT(difference / total, 1e-3);
 }
 
-TEST(Compose, activeTilesOfABoxCountAsVoxels)
+TEST(Compose, ActiveTilesOfABoxCountAsVoxels)
 {
     Box box{"tile", 0, {}};
     box.volume.parts.push_back(fullPart(0.1));
@@ -260,7 +280,7 @@ TEST(Compose, activeTilesOfABoxCountAsVoxels)
     EXPECT_FLOAT_EQ(v.parts[0].density->tree().getValue(Coord(7, 7, 7)), 2);
 }
 
-TEST(Compose, emptyInputsGiveOneEmptyPart)
+TEST(Compose, EmptyInputsGiveOneEmptyPart)
 {
     const Volume v = composed({}, {}, voxel(0.1));
     ASSERT_EQ(v.parts.size(), 1u);
@@ -271,7 +291,7 @@ TEST(Compose, emptyInputsGiveOneEmptyPart)
     EXPECT_TRUE(composed({hollow}, {Placement{}}, voxel(0.1)).parts[0].density->empty());
 }
 
-TEST(Compose, wrongInputIsRefused)
+TEST(Compose, WrongInputIsRefused)
 {
     const Box box = strands(8, 8, 3, 0.1, 1);
     Placement p;
@@ -293,7 +313,7 @@ TEST(Compose, wrongInputIsRefused)
     EXPECT_THROW(composed({bad}, {Placement{}}, voxel(0.1)), Error);
 }
 
-TEST(Compose, aBoxSmallerThanAVoxelIsNotLost)
+TEST(Compose, ABoxSmallerThanAVoxelIsNotLost)
 {
     const Box box = strands(16, 20, 10, 0.001, 10);
     const Volume v = composed({box}, {randomPlacement(17, 1.0)}, voxel(0.5));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one voxel holds where boxes meet: directions, spread, materials, colour.
 #include <cmath>
 #include <utility>
@@ -11,7 +12,7 @@ namespace {
 
 using openvdb::Coord;
 
-TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
+TEST(Compose, OppositeTangentsDoNotCancelAndCrossedOnesSpread)
 {
     Box box{"one", 0, {}};
     box.volume.parts.push_back(fullPart(0.1));
@@ -31,7 +32,7 @@ TEST(Compose, oppositeTangentsDoNotCancelAndCrossedOnesSpread)
     EXPECT_NEAR(std::abs(directionOf({up, up, x})[1]), 0.5, 1e-3);
 }
 
-TEST(Compose, ofTwoEquallyStrongDirectionsTheEarlierIsKept)
+TEST(Compose, OfTwoEquallyStrongDirectionsTheEarlierIsKept)
 {
     Box box{"one", 0, {}};
     box.volume.parts.push_back(fullPart(0.1));
@@ -58,7 +59,7 @@ TEST(Compose, ofTwoEquallyStrongDirectionsTheEarlierIsKept)
         }
 }
 
-TEST(Compose, aSpreadThatABoxHoldsIsKept)
+TEST(Compose, ASpreadThatABoxHoldsIsKept)
 {
     Box box{"one", 0, {}};
     box.volume.parts.push_back(fullPart(0.1));
@@ -69,7 +70,7 @@ TEST(Compose, aSpreadThatABoxHoldsIsKept)
     EXPECT_NEAR(std::abs(v.parts[0].direction->tree().getValue(Coord(0, 0, 0))[0]), 0.7, 5e-4);
 }
 
-TEST(Compose, materialsKeepApartAndAVolumeOfOneHasOnePart)
+TEST(Compose, MaterialsKeepApartAndAVolumeOfOneHasOnePart)
 {
     Box tree{"tree", 0, {}};
     tree.volume.parts.push_back(fullPart(0.1, "bark"));
@@ -86,7 +87,7 @@ TEST(Compose, materialsKeepApartAndAVolumeOfOneHasOnePart)
     EXPECT_EQ(composed({strands(8, 8, 3, 0.1, 1)}, {Placement{}}, voxel(0.1)).parts.size(), 1u);
 }
 
-TEST(Compose, oneColourEverywhereIsNoGrid)
+TEST(Compose, OneColourEverywhereIsNoGrid)
 {
     Box box = strands(8, 8, 3, 0.1, 1);
     box.volume.parts[0].colour = nullptr;
@@ -101,7 +102,7 @@ TEST(Compose, oneColourEverywhereIsNoGrid)
     EXPECT_NE(composed({box}, {p, other}, voxel(0.1)).parts[0].colour, nullptr);
 }
 
-TEST(Compose, voxelsBelowTheMinimumAreNotKept)
+TEST(Compose, VoxelsBelowTheMinimumAreNotKept)
 {
     const Box box = strands(16, 20, 10, 0.01, 8);
     const Placement p = randomPlacement(3, 0.1);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/skin.h"
 
 #include <cmath>
@@ -33,7 +34,7 @@ PlacedScene skinAlone(Surface surface, const SkinSpec& spec)
     return scene;
 }
 
-TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
+TEST(Skin, TheOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
 {
     SkinSpec spec;
     spec.material = "leather";
@@ -73,7 +74,7 @@ TEST(Skin, theOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
         }
 }
 
-TEST(Skin, liesUnderTheSurfaceWhereAsked)
+TEST(Skin, LiesUnderTheSurfaceWhereAsked)
 {
     SkinSpec spec;
     spec.material = "leather";
@@ -89,7 +90,7 @@ TEST(Skin, liesUnderTheSurfaceWhereAsked)
     EXPECT_NEAR(mean / sum, -3, 0.01);
 }
 
-TEST(Skin, ofPartsThatIntersectTheDensitiesAdd)
+TEST(Skin, OfPartsThatIntersectTheDensitiesAdd)
 {
     Mesh crossed = slab(0.5, {1, 0, 0}).mesh();
     const Mesh other = slab(0.5, {0, 0.1, 1}).mesh();

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Computes the reference values of this folder from the equations of docs/MODEL.md, in double
 precision and without the library.
 

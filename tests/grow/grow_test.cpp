@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The strands that rules grow, against lengths, angles, counts and areas known from the rules.
 #include "volcomp/grow/grow.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Installs the library to a prefix below the working directory, and configures and builds the project
 # beside this file against it: -DBUILD=FOLDER [-DCXX_FLAGS=...] -DMAKE=uses_volcomp, which is then
 # run, or -DMAKE=headers with -DCOMPILER=g++ or clang++.

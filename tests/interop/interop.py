@@ -139,11 +139,12 @@ class Interop(unittest.TestCase):
 
 
 def main():
-    test = unittest.defaultTestLoader.loadTestsFromName(sys.argv[2], Interop)
-    result = unittest.TextTestRunner(verbosity=2).run(test)
-    if not result.wasSuccessful():
-        return 1
-    return 77 if result.skipped else 0
+    test = getattr(Interop, sys.argv[2])
+    if getattr(test, "__unittest_skip__", False):  # set by the decorators above
+        print("skipped:", test.__unittest_skip_why__)
+        return 77
+    result = unittest.TextTestRunner(verbosity=2).run(Interop(sys.argv[2]))
+    return 0 if result.wasSuccessful() else 1
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Makes small pictures of the scenes and compares them with those in this folder.
 
     pictures.py check BIN FAILED NAME...   fails if a picture is not the one in this folder, and
@@ -42,14 +43,32 @@ class Picture:
     block: float  # limit of the largest difference of the means of a block, relative to the same
 
 
+# What typical faults change, by `pictures.py measure`: root mean square / largest block, in 1e-3.
+#
+#                              hello    coat     forest   plants   robe     spheres  5_ground
+#     light turned by 2 deg.   13/93    54/150   8.2/45   21/50    66/150   18/76    7.9/50
+#     gamma + 10 %             .27/1.2  4.8/22   .88/2.6  1.6/4.7  .85/2.6  8.6/27   .21/1.6
+#     trilinear, not box       5.7/11   28/52    25/50    97/250   59/140   19/70    21/43
+#     isotropic extinction     65/470   52/320   0        5.8/24   44/260   65/510   41/460
+#     exact shadows, not sweep 7.9/72   56/180   24/77    12/53    71/180   6.5/18   2.0/6.8
+#     a layer 1 voxel too high 47/290   40/170   36/73    37/76    52/83    32/200   34/180
+#     a layer's other seed     47/200   33/61    38/91    69/310   32/61    14/73    20/91
+#     a box's other seed       38/110   25/43    28/84    110/930  34/71    21/88    20/130
+#
+# (The forest has no fibres.) The same placements on AVX-512 with fused products and sums, and on
+# SSE2 without them, differed by .02/.08 (hello), .05/.14 (robe) and .16/.63 (coat). The limits lie
+# above that and below every fault: the smallest, gamma in hello and 5_ground, exceeds that of a
+# block. A change of the last bits of scattering is no rounding, though: samples that tie in its
+# order change places, which moved one box in twenty and gave 10/19 (spheres). Such a change needs
+# new pictures.
 PICTURES = {
-    "hello": Picture("hello", "hello", 0.002, 0.001, 0.003),
-    "coat": Picture("coat", "coat", 0.006, 0.001, 0.003),
-    "forest": Picture("forest", "forest", 0.5, 0.001, 0.003),
-    "plants": Picture("plants", "plants", 0.01, 0.001, 0.003),
-    "robe": Picture("robe", "robe", 0.006, 0.001, 0.003),
-    "spheres": Picture("spheres", "spheres", 0.006, 0.001, 0.003),
-    "5_ground": Picture("tutorial/5_ground", "hello", 0.003, 0.001, 0.003),
+    "hello": Picture("hello", "hello", 0.002, 3e-4, 1e-3),
+    "coat": Picture("coat", "coat", 0.006, 3e-4, 1e-3),
+    "forest": Picture("forest", "forest", 0.5, 3e-4, 1e-3),
+    "plants": Picture("plants", "plants", 0.01, 3e-4, 1e-3),
+    "robe": Picture("robe", "robe", 0.006, 3e-4, 1e-3),
+    "spheres": Picture("spheres", "spheres", 0.006, 3e-4, 1e-3),
+    "5_ground": Picture("tutorial/5_ground", "hello", 0.003, 3e-4, 1e-3),
 }
 
 
@@ -218,6 +237,7 @@ def check(programs, name, failed):
         shop, found = first_picture(programs, name, folder)
         turn_light(shop)
         wrong_light = shop.render()
+    found = found.astype(np.float16).astype(float)  # as the expected one is stored
     rmse, block = difference(found, expected)
     print(f"{name}: difference {rmse:.2g} (at most {limit.rmse:g}), "
           f"of a block {block:.2g} (at most {limit.block:g})")

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Writes the pictures of this folder anew: tests/pictures/renew.sh [BUILD] [NAME...]
 # with the programs of the build folder BUILD (build/release if it is not given); all pictures if
 # there is no NAME. Look at the failed test's pictures first, and commit the new ones alone.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/place/voxel_size.h"
 
 #include <cmath>

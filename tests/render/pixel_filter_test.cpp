@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/pixel_filter.h"
 
 #include <cmath>
@@ -26,7 +27,7 @@ RenderParams withFilter(PixelFilter filter, int samples, double radius = 0)
 constexpr PixelFilter kFilters[] = {PixelFilter::box, PixelFilter::gaussian,
                                     PixelFilter::blackman_harris};
 
-// The part of the filter's weight below x pixels from the centre, by sums.
+// The part of the filter's weight that lies below x pixels from the centre, by a sum.
 double weightBelow(PixelFilter filter, double radius, double x)
 {
     constexpr int kSteps = 20000;
@@ -41,8 +42,8 @@ double weightBelow(PixelFilter filter, double radius, double x)
 
 } // namespace
 
-// Harris's window from its coefficients at the places where the cosines are 0 or 1; the Gaussian's
-// border is at three standard deviations.
+// Harris's window follows from its coefficients where the cosines are 0, 1 or -1. The Gaussian's
+// radius is three standard deviations.
 TEST(PixelFilter, WeightsAreTheFormulas)
 {
     EXPECT_EQ(pixelWeight(PixelFilter::box, 0.99), 1);
@@ -63,8 +64,8 @@ TEST(PixelFilter, WeightsAreTheFormulas)
     EXPECT_EQ(pixelRadius(withFilter(PixelFilter::blackman_harris, 1, 2)), 2);
 }
 
-// n^2 samples: one in each of n x n cells of a pixel. What is left over lies anywhere in it, and
-// other pixels have other samples.
+// Of n^2 samples, one lies in each of n x n cells of a pixel. Samples beyond a square number lie
+// anywhere in the pixel. Other pixels have other samples.
 TEST(PixelFilter, SamplesAreStratified)
 {
     for (const int side : {2, 7, 50}) {
@@ -120,8 +121,8 @@ TEST(PixelFilter, OneSampleIsThePixelsCentre)
         EXPECT_EQ(PixelSampler(withFilter(filter, 1)).position(3, 5, 0), Vec3d(3.5, 5.5, 0));
 }
 
-// The alpha of an opaque body with an edge inside a pixel is the weight on its side, in colour as
-// well.
+// If an opaque body has its edge inside a pixel, its alpha there is the filter's weight on its
+// side. The same holds for its colour.
 TEST(PixelFilter, AnEdgeShowsTheFiltersIntegral)
 {
     Volume volume = emptyVolume();
@@ -130,7 +131,7 @@ TEST(PixelFilter, AnEdgeShowsTheFiltersIntegral)
     Camera camera;
     camera.projection = Projection::orthographic;
     camera.eye = {0, 0, 50};
-    camera.width = 8; // pixels of 1; the edge is at 3.5 pixels
+    camera.width = 8; // a pixel is 1 wide; the edge is at 3.5 pixels
     Light light;
     light.direction = {0, 0, -1};
     for (const PixelFilter filter : kFilters) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/render.h"
 
 #include <cmath>
@@ -18,7 +19,8 @@ using namespace volcomp;
 
 namespace {
 
-// A cube of density `rho` of 32 voxels, edge 1, centred at the origin up to half a voxel.
+// A cube of density `rho` and edge 1, of 32^3 voxels; its centre is the origin but for half a
+// voxel.
 Volume slab(float rho)
 {
     VolumePart part = emptyPart(1.0 / 32);
@@ -32,7 +34,7 @@ Camera ortho()
 {
     Camera camera;
     camera.projection = Projection::orthographic;
-    camera.eye = {0, 0, 5.003}; // no sample of a sum lies exactly in a face
+    camera.eye = {0, 0, 5.003}; // so that no sample of a sum lies exactly in a face
     camera.width = 0.5;
     return camera;
 }
@@ -77,7 +79,7 @@ TEST(Render, LineIntegralsAgreeWithTheReference)
         RenderParams params = exactParams();
         params.shadows = Shadows::none;
         for (const Filter filter : {Filter::box, Filter::trilinear})
-            for (const bool lit : {false, true}) { // without light rays go another way
+            for (const bool lit : {false, true}) { // without light, only the depth is summed
                 params.filter = filter;
                 const std::vector<Light> lights(lit ? 1 : 0);
                 const Integrator integrator(tree, {Material()}, lights, params);
@@ -92,8 +94,8 @@ TEST(Render, LineIntegralsAgreeWithTheReference)
     }
 }
 
-// Lit and seen along its normal, a homogeneous slab of optical depth d shows S (1 - e^-2d) / 2, for
-// every depth.
+// A homogeneous slab of optical depth d that is lit and seen along its normal shows
+// S (1 - e^-2d) / 2, for every d.
 TEST(Render, SlabLitAlongTheViewShowsTheClosedForm)
 {
     Material material;
@@ -124,8 +126,8 @@ TEST(Render, PictureDoesNotDependOnThreads)
     }
 }
 
-// A lit homogeneous slab by the paper's sum (4): right for small steps of optical depth, x / (e^x -
-// 1) of the right answer otherwise.
+// By the paper's sum (4), a lit homogeneous slab in steps of optical depth x shows x / (e^x - 1) of
+// the right answer, which is right for small x.
 TEST(Render, SumsDarkenWithTheDepthOfAStepAndTheClosedFormDoesNot)
 {
     Material material;
@@ -166,7 +168,7 @@ Volume noise(openvdb::Coord origin, int size, std::uint64_t seed)
     return volume;
 }
 
-// Each voxel along a ray with its length inside, by slabs.
+// Each voxel along a ray with the length of the ray inside, by intersecting it with slabs.
 std::map<openvdb::Coord, double> slabs(const Volume& volume, const Vec3d& o, const Vec3d& d)
 {
     std::map<openvdb::Coord, double> result;
@@ -230,8 +232,8 @@ TEST(March, RaysMeetEachVoxelOnceWithItsLength)
                 d = Vec3d(i % 20 < 10 ? 1 : -1, 1, 1), o = corner - Vec3d(3.0); // a diagonal
             d.normalize();
             if (i % 2) o -= 40.0 * d;
-            if (i % 5 == 3 && i % 2 == 0)
-                continue; // from a corner both sides are right where a component is 0
+            // From a corner, either side is right if a component of the direction is 0.
+            if (i % 5 == 3 && i % 2 == 0) continue;
             expectSameVoxels(volume, tree, o, d, i % 5 == 3 ? 1e-5 : tolerance);
         }
     }
@@ -270,7 +272,7 @@ TEST(March, TilesAreFilled)
     }
 }
 
-// Random volumes with lights of every kind against MODEL section 3 computed with slabs, in double.
+// A random volume with lights of every kind against MODEL section 3, computed with slabs in double.
 TEST(Render, RadianceAgreesWithBruteForce)
 {
     Volume volume = noise({0, 0, 0}, 6, 4);
@@ -385,15 +387,15 @@ TEST(Render, AovsAddUp)
     EXPECT_NEAR(p[8], 0.8, 1e-3);
 }
 
-// Where voxels without direction are shaded by the density's gradient, a dense ball is a matte one:
-// alpha cos theta, from the side that it faces.
+// If voxels without direction are shaded by the density's gradient, a dense ball is a matte one: it
+// shows alpha cos theta on the side that faces the light.
 TEST(Render, TheGradientIsANormalWithASide)
 {
     Volume volume;
     volume.parts.push_back(emptyPart());
     for (int x = -12; x <= 12; ++x)
         for (int y = -12; y <= 12; ++y)
-            for (int z = -12; z <= 12; ++z) // a soft border, so that differences see the slope
+            for (int z = -12; z <= 12; ++z) // with a soft border, over which differences are taken
                 if (const double r = Vec3d(x, y, z).length(); r < 12)
                     volume.parts[0].density->tree().setValue(
                         {x, y, z}, float(2 * std::min(1.0, (12 - r) / 6)));
@@ -424,8 +426,8 @@ TEST(Render, HalfTheLightIsHalfThePicture)
     for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(a.pixel(1, 1)[c], 2 * b.pixel(1, 1)[c]);
 }
 
-// Fibre extinction: the mean over directions is 1 for every spread, and 0 along a fibre without
-// spread.
+// The factor of fibre extinction has the mean 1 over all directions, for every spread. Along a
+// fibre without spread it is 0.
 TEST(VoxelTree, FibreFactorIsOneInTheMean)
 {
     for (float spread : {0.0f, 0.3f, 0.7f}) {

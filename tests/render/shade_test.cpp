@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/shade.h"
 
 #include <cmath>
@@ -68,8 +69,8 @@ TEST(Shade, FresnelIsTheDielectricsNormalReflectance)
     EXPECT_NEAR(fresnel(0, 1.5), 1, 1e-12);
 }
 
-// Grazing, opposite, parallel and antiparallel directions, extreme constants: finite and not
-// negative.
+// The reflection is finite and not negative for grazing, opposite, parallel and antiparallel
+// directions and for extreme constants.
 TEST(Shade, IsFiniteEverywhere)
 {
     Random random(7);
@@ -102,7 +103,8 @@ TEST(Shade, IsFiniteEverywhere)
         }
 }
 
-// A normal with a side is seen from there alone, and as one without from there.
+// A normal with a side reflects as one without, if it is seen from its side; from behind it
+// reflects nothing.
 TEST(Shade, ASidedNormalIsDarkFromBehind)
 {
     Material m;
@@ -118,8 +120,8 @@ TEST(Shade, ASidedNormalIsDarkFromBehind)
         EXPECT_EQ(r.diffuse + r.specular, 0);
 }
 
-// MODEL section 8: the highlight of a bundle of fibres whose tilt has variance s^2 is the mean over
-// the bundle.
+// MODEL section 8: the highlight of a bundle of fibres whose tilt has the variance s^2 is the mean
+// of the fibres' highlights.
 TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
 {
     Material m;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where methods fail (MODEL section 10), for rays: each test shows the plain method failing and
 // ours holding.
 #include <atomic>

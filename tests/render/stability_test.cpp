@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where methods fail (MODEL section 10), for light: at the inputs where the plain method fails,
 // ours gives the right answer. stability_march_test.cpp has the rays.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How true a baked box is: the light that passes it against the light that passes the exact tapered
 // cylinders and leaves.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/scene/place_scene.h"
 
 #include <filesystem>
@@ -108,9 +109,10 @@ void expectSameVolume(const PackedVolume& packed, const PackedVolume& other)
         ASSERT_EQ(bool(p.colour), bool(q.colour));
         for (auto it = p.density->cbeginValueOn(); it; ++it) {
             ASSERT_EQ(*it, q.density->tree().getValue(it.getCoord()));
-            if (p.colour)
+            if (p.colour) {
                 ASSERT_EQ(p.colour->tree().getValue(it.getCoord()),
                           q.colour->tree().getValue(it.getCoord()));
+            }
         }
     }
 }
@@ -137,7 +139,7 @@ TEST(PlaceScene, holdsWhatTheSceneSays)
         const Placement& p = placed.boxes.placements[i];
         EXPECT_EQ(p.layer, i < 60 ? 0 : 1);
         EXPECT_TRUE(i < 60 ? p.box == 1 || p.box == 2 : p.box == 0);
-        EXPECT_EQ(p.position[1], i < 60 ? 0 : 0.3);
+        EXPECT_NEAR(p.position[1], i < 60 ? 0 : 0.3, 1e-12);
         // The triangle is the one below the root.
         const Surface& s = placed.surfaces[placed.layers[p.layer].surface].surface;
         EXPECT_EQ(placed.boxes.triangle(i), s.nearest(p.position).triangle);

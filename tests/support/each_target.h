@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a check with each instruction set that the library has code for.
 #pragma once
 

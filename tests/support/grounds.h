@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grounds, cameras and boxes of the tests of placing.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Growth rules that several tests begin with.
 #pragma once
 

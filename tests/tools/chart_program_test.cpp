@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-chart run as a process.
 #include <cstdlib>
 #include <regex>

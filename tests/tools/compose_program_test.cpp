@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-bake and volcomp-compose run as processes: their options.
 #include <algorithm>
 #include <cmath>

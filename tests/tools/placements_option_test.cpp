@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-compose --placements, read back and compared with what the library places.
 #include <cstdlib>
 #include <cstring>

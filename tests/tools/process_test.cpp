@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Programs are run with what they are given, and nothing of ours stays open in them or in us.
 #include "tools/shared/process.h"
 

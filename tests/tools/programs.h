@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The programs run as processes on a small scene, each test in a folder of its own.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The programs run as processes: a whole small scene, and every kind of bad input.
 #include <filesystem>
 #include <string>

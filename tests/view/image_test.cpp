@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures written and read back: PNG against the formulas of sRGB, EXR bit by bit.
 #include "volcomp/view/image.h"
 
@@ -129,5 +130,5 @@ TEST(Srgb, BothWaysAgreeAndMeetAtTheKnee)
     EXPECT_NEAR(linearFromSrgb(0.5), 0.21404114, 1e-8); // pow((0.5 + 0.055) / 1.055, 2.4)
     EXPECT_NEAR(srgbFromLinear(0.18), 0.46135613, 1e-8);
     EXPECT_EQ(srgbFromLinear(-1.0), 0);
-    EXPECT_EQ(srgbFromLinear(5.0), 1);
+    EXPECT_DOUBLE_EQ(srgbFromLinear(5.0), 1);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Falloff and cones of the lights against closed forms.
 #include "volcomp/view/light.h"
 

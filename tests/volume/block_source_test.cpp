@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/volume/block_source.h"
 
 #include <map>
@@ -103,8 +104,8 @@ openvdb::Vec3SGrid::Ptr vectors(const VolumePart& part, std::uint64_t seed)
     return grid;
 }
 
-/// Two parts that meet, with negative coordinates, active voxels of density 0, and a tile of 8^3
-/// voxels; the second part has one colour for all and no scatter ratio.
+/// Two parts that meet, with negative coordinates, active voxels of density 0, and two tiles
+/// of 8^3 voxels, one with directions; the second part has one colour for all and no scatter ratio.
 Volume parts()
 {
     Volume volume = emptyVolume(0.5);
@@ -120,8 +121,10 @@ Volume parts()
     }
     auto& first = volume.parts[0].density->tree();
     first.addTile(1, Coord(1000, 8, 16), 2.0f, true);
+    first.addTile(1, Coord(1016, 8, 16), 3.0f, true);
     volume.parts[1].density->tree().setValue(Coord(1003, 9, 17), 0.5f); // in the tile
     volume.parts[0].direction = vectors(volume.parts[0], 1);
+    volume.parts[0].direction->tree().setValue(Coord(1017, 9, 18), {0.5f, 0, 0}); // in a tile
     volume.parts[0].colour = vectors(volume.parts[0], 2);
     volume.parts[0].scatter_ratio = vectors(volume.parts[0], 4);
     volume.parts[1].direction = vectors(volume.parts[1], 5);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/volume/half_floats.h"
 
 #include <cmath>

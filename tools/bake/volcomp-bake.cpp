@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bakes the boxes of a scene: one VDB file for each variant of each [box.NAME].
 #include <algorithm>
 #include <filesystem>

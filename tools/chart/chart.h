@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Charts of measured points, such as time against error, as a script for gnuplot. The axes are
 // logarithmic; each point has its name beside it, and a line shows the Pareto front.
 #pragma once

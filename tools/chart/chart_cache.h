@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What volcomp-chart has measured so far, kept in files: an interrupted run goes on from there, and
 // a second run only draws.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The settings that volcomp-chart measures. A new setting is a row in matrix.cpp.
 #pragma once
 

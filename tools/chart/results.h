@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What volcomp-chart has measured, as errors, tables and rows of a file.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenVDB's own renderer, to compare with in the charts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-chart: time against error of the methods and settings, measured on one scene.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volcomp-compose: a scene and its boxes become one sparse volume.
 #include <algorithm>
 #include <cmath>

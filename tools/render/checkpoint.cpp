@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/render/checkpoint.h"
 
 #include <cstring>
@@ -16,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kMagic = 0x316b6863706d6376; // "vcmpchk1"
+constexpr std::uint64_t kMagic = 0x316b6863706d6376; // the file begins with "vcmpchk1"
 
 json toJson(const Vec3d& v) { return {v[0], v[1], v[2]}; }
 
@@ -95,7 +96,7 @@ RenderState readCheckpoint(const std::filesystem::path& file, const json& finger
     const json known = json::parse(text, nullptr, false);
     if (!stream || !known.is_object() || (hashOf(state.sums) ^ hashOf(state.samples)) != head[4])
         throw damaged();
-    const json wanted = json::parse(fingerprint.dump()); // through text, as the other
+    const json wanted = json::parse(fingerprint.dump()); // as text keeps it, like the file's
     for (const auto& [key, value] : wanted.items()) {
         const json other = known.value(key, json());
         if (other == value) continue;

@@ -1,4 +1,5 @@
-// A render that was stopped, in a file beside its picture.
+// SPDX-License-Identifier: Apache-2.0
+// The file beside a picture that keeps the state of a stopped render.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +11,17 @@
 
 namespace volcomp {
 
-/// All that a picture depends on: volume, settings, camera, lights, materials and the program's
-/// version.
+/// Everything that a picture depends on: volume, settings, camera, lights, materials and the
+/// program's version. Throws Error if the volume cannot be read.
 nlohmann::json renderFingerprint(const Scene& scene, const std::filesystem::path& volume);
 
-/// The file appears when it is complete. Throws Error where it cannot be written.
+/// Writes the state of a render. The file appears under its name when it is complete. Throws Error
+/// if it cannot be written.
 void writeCheckpoint(const std::filesystem::path& file, const nlohmann::json& fingerprint,
                      const RenderState& state);
 
-/// Throws Error where the file is no complete checkpoint, or one of another render: the message
-/// says what differs.
+/// Reads the state of the render with this fingerprint. Throws Error if the file is not a complete
+/// checkpoint or belongs to another render; the message says what differs.
 RenderState readCheckpoint(const std::filesystem::path& file, const nlohmann::json& fingerprint);
 
 } // namespace volcomp

@@ -1,11 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/render/render_options.h"
 
+#include <charconv>
 #include <cstdio>
 
 #include "tools/shared/choice.h"
 #include "volcomp/base/error.h"
 
 namespace volcomp {
+
+Pixel readPixel(const std::string& option, const std::string& text)
+{
+    Pixel pixel{};
+    const char* end = text.data() + text.size();
+    const auto x = std::from_chars(text.data(), end, pixel.x);
+    if (x.ec == std::errc() && x.ptr != end && *x.ptr == ',') {
+        const auto y = std::from_chars(x.ptr + 1, end, pixel.y);
+        if (y.ec == std::errc() && y.ptr == end) return pixel;
+    }
+    throw Error(option + ": expected a pixel X,Y as two whole numbers, such as 320,240, found '"
+                + text + "'");
+}
 
 RenderOptions::RenderOptions(CLI::App& app)
 {
@@ -17,7 +32,7 @@ RenderOptions::RenderOptions(CLI::App& app)
         ->check(CLI::Range(1, 65536));
     addChoice(app, "--pixel-filter", m_pixel_filter,
               "How the samples around a pixel are weighed" + scenes, kPixelFilterWords);
-    app.add_option("--pixel-radius", m_pixel_radius, "Of that filter, pixels" + scenes)
+    app.add_option("--pixel-radius", m_pixel_radius, "Radius of that filter, pixels" + scenes)
         ->check(CLI::Range(0.0, 16.0));
     addChoice(app, "--shadows", m_shadows, "Light on its way to a voxel" + scenes, kShadowsWords);
     addChoice(app, "--integration", m_integration, "Closed form, or the paper's sums" + scenes,

@@ -1,4 +1,5 @@
-// The options of volcomp-render that stand for keys of the scene's [render] table.
+// SPDX-License-Identifier: Apache-2.0
+// The options of volcomp-render that stand for keys of the scene's [render] table, and its pixels.
 #pragma once
 
 #include <optional>
@@ -10,13 +11,21 @@
 
 namespace volcomp {
 
+/// A pixel of the whole picture, counted from its top left corner.
+struct Pixel {
+    int x, y;
+};
+
+/// Reads X,Y, the value of `option`. Throws Error if it is anything but two whole numbers.
+Pixel readPixel(const std::string& option, const std::string& text);
+
+/// The options of a render, and which of them were given.
 class RenderOptions {
 public:
     /// Adds the options; this object must outlive the parsing.
     explicit RenderOptions(CLI::App& app);
 
-    /// Sets what was given on the command line. Throws Error for a size or a crop that cannot be
-    /// read.
+    /// Sets what was given on the command line. Throws Error if a size or a crop cannot be read.
     void apply(RenderParams& params) const;
 
 private:

@@ -1,5 +1,7 @@
-// volcomp-render: a volume file and a scene's camera and lights to a picture.
+// SPDX-License-Identifier: Apache-2.0
+// volcomp-render: makes a picture of a volume file with a scene's camera and lights.
 #include <csignal>
+#include <iostream>
 #include <optional>
 
 #include <fmt/format.h>
@@ -8,6 +10,7 @@
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
 #include "volcomp/view/image.h"
+#include "volcomp/render/explain.h"
 #include "volcomp/render/render.h"
 #include "tools/render/render_options.h"
 #include "volcomp/scene/scene.h"
@@ -23,8 +26,8 @@ namespace fs = std::filesystem;
 
 std::atomic<bool> stop_asked{false};
 
-/// While it lives, the first SIGTERM or SIGINT asks the render to stop and save; a second one ends
-/// the program at once.
+/// During its lifetime the first SIGTERM or SIGINT asks the render to stop and save; a second one
+/// ends the program at once.
 class StopOnSignal {
 public:
     StopOnSignal()
@@ -43,6 +46,7 @@ public:
 struct Options {
     fs::path scene, volume, preview;
     std::vector<fs::path> outputs;
+    std::string explain; ///< X,Y, or empty
     bool resume = false, write_levels = false;
     double checkpoint_seconds = 20;
 };
@@ -96,8 +100,8 @@ void writePictures(const Options& options, const fs::path& volume, const nlohman
     if (!options.preview.empty()) writeImage(options.preview, image);
 }
 
-/// The volume's files of levels: writes them where that is asked for, and says where there are some
-/// that cannot be used.
+/// Writes the files of the volume's levels if that is asked for, or warns if there are some that
+/// cannot be used.
 void seeToLevels(Tool& tool, const Options& options, const RenderParams& params,
                  const fs::path& volume)
 {
@@ -109,8 +113,59 @@ void seeToLevels(Tool& tool, const Options& options, const RenderParams& params,
     else if (fs::exists(levelFile(volume, 1)))
         tool.warn(
             levelFile(volume, 1).string()
-            + " was made of another volume or for another tau, or the levels behind it are not complete: not used; --write-levels "
-              "makes them anew");
+            + " is not used: it was made of another volume or for another tau, or the levels after "
+              "it are not complete. --write-levels makes them anew");
+}
+
+/// The volume that the options name, or else the one beside the first picture.
+fs::path volumeOf(const Options& options)
+{
+    if (!options.volume.empty()) return options.volume;
+    if (options.outputs.empty())
+        throw Error("--explain: expected --volume FILE.vdb, or -o PICTURE beside which volume.vdb "
+                    "lies, found neither");
+    return options.outputs[0].parent_path() / "volume.vdb";
+}
+
+/// What a stopped render left, if it is to be gone on with; otherwise the start.
+RenderState startingState(const Tool& tool, const Options& options, const fs::path& checkpoint,
+                          const nlohmann::json& fingerprint)
+{
+    if (options.resume && fs::exists(checkpoint)) {
+        tool.say("going on from " + checkpoint.string());
+        return readCheckpoint(checkpoint, fingerprint);
+    }
+    if (options.resume) tool.say("no " + checkpoint.string() + ": starting at the beginning");
+    else if (fs::exists(checkpoint))
+        tool.warn(
+            checkpoint.string()
+            + " holds a stopped render, which --resume would go on with; this one starts anew");
+    return {};
+}
+
+void explainPixel(Tool& tool, const Options& options, const Scene& scene,
+                  const std::vector<VoxelLevel>& levels)
+{
+    const Pixel pixel = readPixel("--explain", options.explain);
+    const RayExplanation explanation = tool.stage("explain", [&](const Progress&) {
+        return explain(levels, scene.materials, scene.camera, scene.lights, scene.render, pixel.x,
+                       pixel.y);
+    });
+    std::cout << explanationTable(explanation, scene.lights);
+    if (!std::cout.flush()) throw Error("--explain: the table could not be written to the output");
+}
+
+nlohmann::json asJson(const RenderStats& stats, const std::vector<VoxelLevel>& levels)
+{
+    std::size_t bytes = 0;
+    for (const VoxelLevel& level : levels) bytes += level.tree->memoryBytes();
+    return {{"rays", stats.rays},
+            {"shadow_rays", stats.shadow_rays},
+            {"shaded_voxels", stats.shaded_voxels},
+            {"active_voxels", stats.active_voxels},
+            {"volume_bytes", bytes},
+            {"prepare_seconds", stats.prepare_seconds},
+            {"march_seconds", stats.march_seconds}};
 }
 
 void run(Tool& tool, const Options& options, const RenderOptions& overrides)
@@ -122,39 +177,32 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
         tool.warn(options.scene.string()
                   + ": no [[light]] and no ambient light: everything in the picture will be black");
     overrides.apply(scene.render);
+    if (!options.explain.empty()) {
+        const Pixel pixel = readPixel("--explain", options.explain);
+        requirePixel(scene.render, pixel.x, pixel.y, "--explain");
+    }
 
-    const fs::path volume =
-        options.volume.empty() ? options.outputs[0].parent_path() / "volume.vdb" : options.volume;
-    const fs::path checkpoint = options.outputs[0].string() + ".checkpoint";
+    const fs::path volume = volumeOf(options);
     seeToLevels(tool, options, scene.render, volume);
-    const nlohmann::json fingerprint = renderFingerprint(scene, volume);
+    fs::path checkpoint;
+    nlohmann::json fingerprint;
     RenderState state;
-    if (options.resume && fs::exists(checkpoint)) {
-        state = readCheckpoint(checkpoint, fingerprint);
-        tool.say("going on from " + checkpoint.string());
-    } else if (options.resume)
-        tool.say("no " + checkpoint.string() + ": starting at the beginning");
-    else if (fs::exists(checkpoint))
-        tool.warn(
-            checkpoint.string()
-            + " holds a stopped render, which --resume would go on with; this one starts anew");
-
+    if (!options.outputs.empty()) {
+        checkpoint = options.outputs[0].string() + ".checkpoint";
+        fingerprint = renderFingerprint(scene, volume);
+        state = startingState(tool, options, checkpoint, fingerprint);
+    }
     const std::vector<VoxelLevel> levels = tool.stage("load", [&](const Progress& progress) {
         return readVoxelLevels(volume, scene.camera, scene.render, progress);
     });
+    tool.stats["settings"] = settingsOf(scene.render);
+    if (!options.explain.empty()) explainPixel(tool, options, scene, levels);
+    if (options.outputs.empty()) return;
+
     RenderStats stats;
     const Image image = renderWatched(tool, options, scene, levels, checkpoint, std::move(state),
                                       fingerprint, stats);
-    std::size_t bytes = 0;
-    for (const VoxelLevel& level : levels) bytes += level.tree->memoryBytes();
-    tool.stats["settings"] = settingsOf(scene.render);
-    tool.stats["render"] = {{"rays", stats.rays},
-                            {"shadow_rays", stats.shadow_rays},
-                            {"shaded_voxels", stats.shaded_voxels},
-                            {"active_voxels", stats.active_voxels},
-                            {"volume_bytes", bytes},
-                            {"prepare_seconds", stats.prepare_seconds},
-                            {"march_seconds", stats.march_seconds}};
+    tool.stats["render"] = asJson(stats, levels);
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
@@ -165,42 +213,55 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     for (const auto& output : options.outputs) tool.say("wrote " + output.string());
 }
 
+/// The program's own options.
+void addOptions(CLI::App& app, Options& options)
+{
+    app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
+    app.add_option("-o,--output", options.outputs,
+                   "Picture to write, .exr or .png; may be given more than once")
+        ->type_name("PICTURE")
+        ->allow_extra_args(false);
+    app.add_option(
+           "--volume", options.volume,
+           "Volume to render, any fog volume (default: volume.vdb beside the first picture)")
+        ->type_name("FILE.vdb");
+    app.add_option("--explain", options.explain,
+                   "Print what the ray through the middle of this pixel meets, and what each light "
+                   "adds there; counted from the picture's top left corner. No picture is needed "
+                   "then")
+        ->type_name("X,Y");
+    app.parse_complete_callback([&options] {
+        if (options.outputs.empty() && options.explain.empty())
+            throw CLI::RequiredError("--output");
+    });
+}
+
+void addWatchOptions(CLI::App& app, Options& options)
+{
+    app.add_option("--preview", options.preview,
+                   "Also write a coarse picture soon, .exr or .png, and a better one after each "
+                   "pass")
+        ->type_name("FILE");
+    app.add_flag("--write-levels", options.write_levels,
+                 "First write the volume's coarser levels beside it (VOLUME.level1.vdb ...): "
+                 "renders with lod then read only those that they need");
+    app.add_flag("--resume", options.resume,
+                 "Go on where this render was stopped, to the same pixels");
+    app.add_option("--checkpoint", options.checkpoint_seconds,
+                   "Save what a stopped render goes on from (PICTURE.checkpoint) every so many "
+                   "seconds; 0: never")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     Tool tool("volcomp-render", "Renders the volume of a scene to a picture.");
     Options options;
-    tool.app.add_option("scene", options.scene, "Scene file (TOML)")
-        ->required()
-        ->type_name("SCENE");
-    tool.app
-        .add_option("-o,--output", options.outputs,
-                    "Picture to write, .exr or .png; may be given more than once")
-        ->required()
-        ->type_name("PICTURE")
-        ->allow_extra_args(false);
-    tool.app
-        .add_option(
-            "--volume", options.volume,
-            "Volume to render, any fog volume (default: volume.vdb beside the first picture)")
-        ->type_name("FILE.vdb");
+    addOptions(tool.app, options);
     const RenderOptions overrides(tool.app);
-    tool.app
-        .add_option(
-            "--preview", options.preview,
-            "Also write a coarse picture soon, .exr or .png, and a better one after each pass")
-        ->type_name("FILE");
-    tool.app.add_flag(
-        "--write-levels", options.write_levels,
-        "First write the volume's coarser levels beside it (VOLUME.level1.vdb ...): renders with lod then read only those that they need");
-    tool.app.add_flag("--resume", options.resume,
-                      "Go on where this render was stopped, to the same pixels");
-    tool.app
-        .add_option(
-            "--checkpoint", options.checkpoint_seconds,
-            "Save what a stopped render goes on from (PICTURE.checkpoint) every so many seconds; 0: never")
-        ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+    addWatchOptions(tool.app, options);
     return tool.main(argc, argv, [&] { run(tool, options, overrides); });
 }

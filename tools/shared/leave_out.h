@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The option --leave-out of the programs that compose.
 #pragma once
 

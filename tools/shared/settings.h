@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The settings of a render in the words of the scene file, for statistics and metadata and to find
 // out whether two renders are the same.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all programs share: options, messages, progress, stage times and the statistics file.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The trilinear filter along a ray, cell by cell of a DualTree, in closed form: inside a cell the
 // density is cubic along the ray, and two Gauss-Legendre points integrate that exactly (MODEL
 // section 3).

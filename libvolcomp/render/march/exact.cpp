@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact way with the box filter: every voxel has one density, the ray's way through it is known
 // exactly.
 #include <algorithm>

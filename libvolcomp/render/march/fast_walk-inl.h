@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The walk through a leaf in vectors, compiled for each instruction set (Highway's
 // foreach_target.h).
 //

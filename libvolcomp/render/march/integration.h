@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ways to integrate (1) and (2) along a ray, one file for each. A new way declares its two
 // functions here, and depthAlong() and Integrator choose it.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/march/integrator.h"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ void Integrator::traceFurther(RaySample& sample, const Vec3d& origin, const Vec3
     scratch.startRay(m_scene.lights.size());
     const MarchRay r = m_scene.dual ? MarchRay(*m_scene.dual, o - Vec3d(0.5), d, end, start)
                                     : MarchRay(tree, o, d, end, start);
-    if (m_scene.transmits_only)
+    if (m_scene.transmits_only && !scratch.observer)
         sample.transmittance *= std::exp(-depthAlong(m_scene, r, direction));
     else if (m_scene.params.integration == Integration::riemann)
         traceSums(m_scene, r, direction, sample, scratch);

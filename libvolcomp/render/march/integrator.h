@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one ray sees: the integrals (1) and (2) along it (MODEL section 3), with every voxel shaded.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays through a VoxelTree (or DualTree): each voxel with particles once, in order, with the exact
 // length inside.
 //

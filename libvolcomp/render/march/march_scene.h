@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all rays through one tree share: the volume, its materials, the lights and the settings,
 // with everything that is worked out of them once.
 #pragma once

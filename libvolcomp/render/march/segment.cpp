@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/march/segment.h"
 
 #include <cmath>
@@ -35,12 +36,10 @@ std::optional<double> approximateTransmittance(const MarchScene& scene, std::siz
         || std::abs(segment.t - state.approximate->t) > kReuse) {
         const Vec3d middle = 0.5 * (segment.p_begin + segment.p_end);
         const WayToLight way = wayToLight(scene.grid_lights[light], middle);
-        double passes;
-        bool fine;
-        if (!scene.sweep->roughLight(light, segment.cell, middle, way.direction, way.length, passes,
-                                     fine))
-            return {};
-        state.approximate = {segment.t, passes, fine};
+        const auto found = scene.sweep->approximateTransmittance(light, segment.cell, middle,
+                                                                 way.direction, way.length);
+        if (!found) return {};
+        state.approximate = {segment.t, found->value, found->fine};
     }
     const LightOnRay::Approximate& known = *state.approximate;
     if (known.fine && weight * known.transmittance >= ShadowSweep::kFineWeight) return {};
@@ -127,10 +126,15 @@ double depthToLight(const MarchScene& scene, std::size_t light, const int* cell,
     const WayToLight to = wayToLight(scene.grid_lights[light], p);
     if (!(to.length > 0)) return 0;
     double way = to.length, beyond = 0;
-    const bool swept =
-        scene.sweep && scene.sweep->toLight(light, cell, p, to.direction, to.length, way, beyond);
+    const auto swept = scene.sweep
+        ? scene.sweep->pathToLight(light, cell, p, to.direction, to.length)
+        : std::nullopt;
     if (!swept) ++counts.shadow_rays;
-    else if (!(way > 0)) return beyond;
+    else {
+        way = swept->march;
+        beyond = swept->beyond;
+        if (!(way > 0)) return beyond;
+    }
     const Vec3d d_world = scene.tree.directionToWorld(to.direction);
     if (scene.dual)
         return beyond

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The light of one segment of a ray: all ways to integrate add to the picture through addSegment().
 #pragma once
 

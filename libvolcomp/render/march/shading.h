@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one voxel sends to the eye before anything else takes light away (MODEL sections 4 and 5).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's sums (3) and (4), with either filter: samples at the middles of equal steps.
 #include <cmath>
 

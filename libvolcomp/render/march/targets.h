@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The instruction sets for which the march is compiled beside the architecture's baseline. Included
 // before anything of Highway.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact way with the trilinear filter: cell by cell between voxel centres, in closed form.
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// What is asked of a light that was swept.
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/shadow/shadow_sweep.h"
 
 #include <algorithm>
@@ -31,9 +31,9 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
 {
     struct Job {
         std::size_t light;
-        int side;
+        int side; // of m_field_of
         Field field;
-        bool asked = false;
+        bool asked = false; // whether some leaf asks for its light
     };
     std::vector<Job> jobs;
     for (const Light& light : lights) {
@@ -47,7 +47,8 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
         m_directional.push_back(directional);
         m_field_of.push_back({-1, -1, -1, -1, -1, -1});
     }
-    // A light waits for its threads after every layer; meanwhile they work for another.
+    // Each light waits for all its threads after every layer. Meanwhile they work for another
+    // light.
     tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) {
         jobs[i].asked = Sweeper(*this, jobs[i].field, lights[jobs[i].light], seen).run();
     });
@@ -63,7 +64,7 @@ const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L
     int side = 0;
     if (!m_directional[light]) {
         const int a = largestAxis(L);
-        side = 2 * a + (L[a] < 0); // the light goes the other way
+        side = 2 * a + (L[a] < 0); // the light goes against L
     }
     return m_field_of[light][side] < 0 ? nullptr : &m_fields[m_field_of[light][side]];
 }
@@ -76,29 +77,39 @@ std::int32_t ShadowSweep::Field::patch(int plane, int bundle_b, int bundle_c) co
         : kUnknown;
 }
 
+double ShadowSweep::Field::planeBefore(const int* cell) const
+{
+    const int low = cell[lattice.a] & ~(kLeafDim - 1);
+    return lattice.sign > 0 ? low : -(low + double(kLeafDim));
+}
+
 namespace {
 
-struct Place {   // between rays
-    double u, v; // in the bundle
+/// Where the way from p to the light crosses a plane: in which bundle, and between which rays.
+struct Place {
+    double u, v; ///< rays from the bundle's first, 0 to RayBundle::kStep (exclusive)
     int bundle_b, bundle_c;
 
-    Place(const LightLattice& l, const Vec3d& p, const Vec3d& L, double way, double s, int bundle)
+    /// The plane at s lies `way` voxels from p along L.
+    Place(const LightLattice& l, const Vec3d& p, const Vec3d& L, double way, double s)
     {
         const double per_ray = 1 / l.spacing(s);
-        locate(l.offsetFrom(0, p[l.b] + way * L[l.b], s) * per_ray, bundle, u, bundle_b);
-        locate(l.offsetFrom(1, p[l.c] + way * L[l.c], s) * per_ray, bundle, v, bundle_c);
+        locate(l.offsetFrom(0, p[l.b] + way * L[l.b], s) * per_ray, u, bundle_b);
+        locate(l.offsetFrom(1, p[l.c] + way * L[l.c], s) * per_ray, v, bundle_c);
     }
 
 private:
-    static void locate(double ray, int bundle, double& inside, int& number)
+    static void locate(double ray, double& inside, int& bundle)
     {
-        const double whole = std::floor(ray * (1.0 / bundle));
-        number = int(whole);
-        inside = std::min(std::max(ray - whole * bundle, 0.0), bundle - 1e-9);
+        constexpr int kStep = RayBundle::kStep;
+        const double whole = std::floor(ray * (1.0 / kStep));
+        bundle = int(whole);
+        inside = std::min(std::max(ray - whole * kStep, 0.0), kStep - 1e-9);
     }
 };
 
-double between(const std::uint8_t* codes, int stride_u, int stride_v, double u, double v)
+/// The code at (u, v), linear between the four codes around it; the strides lead to the next code.
+double interpolate(const std::uint8_t* codes, int stride_u, int stride_v, double u, double v)
 {
     const int i = int(u), j = int(v);
     const std::uint8_t* c = codes + i * stride_u + j * stride_v;
@@ -109,78 +120,64 @@ double between(const std::uint8_t* codes, int stride_u, int stride_v, double u, 
 
 } // namespace
 
-// The code between rays kStride apart.
-bool ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane,
-                                   double darkest, double& code, bool& fine) const
+std::optional<ShadowSweep::Field::RoughCode>
+ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane,
+                              double darkest) const
 {
-    const Place place(lattice, p, L, to_plane, first_s + double(kLeafDim) * plane, kBundle);
+    const Place place(lattice, p, L, to_plane, first_s + double(kLeafDim) * plane);
     const std::int32_t at = patch(plane, place.bundle_b, place.bundle_c);
-    if (at == kUnknown) return false;
-    fine = at < 0 || (at & 1);
-    if (at == kBright) code = 255;
-    else if (at == kDark) code = 255 * std::exp(-darkest);
-    else {
-        const std::uint8_t* c = &codes[std::size_t(at >> 1) * kUnit];
-        if (at & 1)
-            code = between(c, kStride * kSide, kStride, place.u * (1.0 / kStride),
-                           place.v * (1.0 / kStride));
-        else code = between(c, kRoughSide, 1, place.u * (1.0 / kStride), place.v * (1.0 / kStride));
-    }
-    return true;
+    if (at == kUnknown) return std::nullopt;
+    if (at == kBright) return RoughCode{255, true};
+    if (at == kDark) return RoughCode{255 * std::exp(-darkest), true};
+    const std::uint8_t* c = &codes[std::size_t(at >> 1) * kUnit];
+    const double u = place.u * (1.0 / kStride), v = place.v * (1.0 / kStride);
+    const bool fine = at & 1;
+    return RoughCode{fine ? interpolate(c, kStride * kSide, kStride, u, v)
+                          : interpolate(c, kRoughSide, 1, u, v),
+                     fine};
 }
 
-bool ShadowSweep::roughLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L,
-                             double distance, double& passes, bool& fine) const
+std::optional<ShadowSweep::CoarseTransmittance>
+ShadowSweep::approximateTransmittance(std::size_t light, const int* cell, const Vec3d& p,
+                                      const Vec3d& L, double distance) const
 {
     const Field* f = fieldOf(light, L);
-    if (!f) return false;
-    const int a = f->lattice.a, low = cell[a] & ~(kLeafDim - 1);
-    const double s = f->lattice.sign > 0 ? low : -(low + double(kLeafDim)),
-                 slices = f->lattice.travel(p) - s, stretch = 1 / std::abs(L[a]);
+    if (!f) return std::nullopt;
+    const double s = f->planeBefore(cell), slices = f->lattice.travel(p) - s,
+                 stretch = 1 / std::abs(L[f->lattice.a]);
     const int plane = int((s - f->first_s) * (1.0 / kLeafDim));
     if (s < f->first_s || plane + 1 >= int(f->planes.size()) || distance <= slices * stretch
-        || (f->lattice.fans && s <= f->lattice.s0 + 1e-3))
-        return false;
-    double before, behind;
-    bool behind_fine;
-    if (!f->roughCode(plane, p, L, slices * stretch, m_darkest, before, fine)
-        || !f->roughCode(plane + 1, p, L, (slices - kLeafDim) * stretch, m_darkest, behind,
-                         behind_fine))
-        return false;
-    const double code = (before + (behind - before) * slices * (1.0 / kLeafDim)) * (1.0 / 255);
-    passes = code * code;
-    return true;
+        || !f->lattice.hasRaysAt(s))
+        return std::nullopt;
+    const auto before = f->roughCode(plane, p, L, slices * stretch, m_darkest);
+    if (!before) return std::nullopt;
+    const auto behind = f->roughCode(plane + 1, p, L, (slices - kLeafDim) * stretch, m_darkest);
+    if (!behind) return std::nullopt;
+    const double root =
+        (before->value + (behind->value - before->value) * slices * (1.0 / kLeafDim)) * (1.0 / 255);
+    return CoarseTransmittance{root * root, before->fine};
 }
 
-bool ShadowSweep::toLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L,
-                          double distance, double& way, double& depth) const
+std::optional<ShadowSweep::Path> ShadowSweep::pathToLight(std::size_t light, const int* cell,
+                                                          const Vec3d& p, const Vec3d& L,
+                                                          double distance) const
 {
     const Field* f = fieldOf(light, L);
-    if (!f) return false;
-    const int a = f->lattice.a, low = cell[a] & ~(kLeafDim - 1);
-    // The plane where the light enters the cell's layer of leaves.
-    const double s = f->lattice.sign > 0 ? low : -(low + double(kLeafDim));
+    if (!f) return std::nullopt;
+    const double s = f->planeBefore(cell);
     const int plane = int((s - f->first_s) * (1.0 / kLeafDim));
-    if (s < f->first_s || plane >= int(f->planes.size())) return false;
-    const double to_plane = std::max(0.0, (f->lattice.travel(p) - s) / std::abs(L[a]));
-    if (to_plane >= distance || (f->lattice.fans && s <= f->lattice.s0 + 1e-3)) {
-        way = distance;
-        depth = 0;
-        return true;
-    }
-    const Place place(f->lattice, p, L, to_plane, s, kBundle);
+    if (s < f->first_s || plane >= int(f->planes.size())) return std::nullopt;
+    const double to_plane = std::max(0.0, (f->lattice.travel(p) - s) / std::abs(L[f->lattice.a]));
+    if (to_plane >= distance || !f->lattice.hasRaysAt(s)) return Path{distance, 0};
+    const Place place(f->lattice, p, L, to_plane, s);
     const std::int32_t patch = f->patch(plane, place.bundle_b, place.bundle_c);
-    if (patch == kUnknown || (patch >= 0 && !(patch & 1))) return false;
-    way = to_plane;
-    if (patch == kBright) depth = 0;
-    else if (patch == kDark) depth = 2 * m_darkest;
-    else
-        depth = -2
-            * std::log(std::max(between(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1,
-                                        place.u, place.v),
-                                0.25)
-                       * (1.0 / 255));
-    return true;
+    if (patch == kUnknown || (patch >= 0 && !(patch & 1))) return std::nullopt;
+    if (patch == kBright) return Path{to_plane, 0};
+    if (patch == kDark) return Path{to_plane, 2 * m_darkest};
+    constexpr double kLeastCode = 0.25; // for code 0, which is anything below 0.5
+    const double code =
+        interpolate(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1, place.u, place.v);
+    return Path{to_plane, -2 * std::log(std::max(code, kLeastCode) * (1.0 / 255))};
 }
 
 std::size_t ShadowSweep::memoryBytes() const

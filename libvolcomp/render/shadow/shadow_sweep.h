@@ -1,69 +1,86 @@
-// Light that is swept through the volume once, instead of a ray for each shaded voxel (the cheap
-// shadows).
+// SPDX-License-Identifier: Apache-2.0
+// Light that is swept through the volume once, instead of a ray for each shaded voxel and light:
+// the cheap shadows (MODEL section 3).
 //
-// For each light a lattice of rays, 2/3 voxel apart (LightLattice), is pushed through the volume
-// layer by layer of leaves; every ray's optical depth is exact. Where the light enters a layer,
-// patches of 16 x 16 rays are kept: the root of the transmittance in 8 bits. A point's way to the
-// light is then marched exactly to that plane, 8 voxels at most, and goes on with the transmittance
-// between the four rays there. A point of little weight in its pixel, or in shade, is not marched:
-// its light lies between that of the planes before and behind it, on rays 2 voxels apart, and where
-// no more is asked for a patch keeps those 6 x 6 alone.
+// For each light a lattice of rays 2/3 voxel apart (LightLattice) is pushed through the volume,
+// layer by layer of leaves; the optical depth of every ray is exact. On the plane by which the
+// light enters a layer, patches of 16 x 16 rays are kept: the root of each ray's transmittance in 8
+// bits. The way from a point to the light is then marched exactly as far as that plane, 8 slices at
+// most, and goes on with the transmittance that is interpolated between the four rays there. If a
+// point has little weight in its pixel, or lies in shade, nothing is marched: its light is
+// interpolated between the planes before and behind it, on rays 2 voxels apart. If no more than
+// that is asked of a patch, it keeps only those 6 x 6 rays.
 //
-// In fur of one hair a voxel a pixel is off by 1.9 % of the mean radiance (RMSE), the picture's
-// mean by 0.3 %. Nothing is kept for each voxel; bundles of rays are marched only as far as
-// something asks for them, and end where they are dark.
+// In fur of one hair a voxel, a pixel is off by 1.9 % of the mean radiance (RMSE), and the
+// picture's mean by 0.3 %. Nothing is kept for each voxel. Bundles of rays are pushed only as far
+// as something asks for them, and end where they are dark.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "volcomp/view/light.h"
 #include "volcomp/render/shadow/light_lattice.h"
+#include "volcomp/render/shadow/ray_bundle.h"
 #include "volcomp/render/tree/voxel_tree.h"
 
 namespace volcomp {
 
-/// How much of each light reaches which place, computed once and then looked up.
+/// How much of each light reaches which place, computed once and then looked up from any thread.
 class ShadowSweep {
 public:
-    static constexpr double kSpacing = 2.0 / 3; ///< of the rays, voxels
+    static constexpr double kSpacing = 2.0 / 3; ///< between neighbouring rays, voxels
 
-    static constexpr double kFinePatch =
-        0.065; ///< the same for the greatest weight and transmittance of a patch, from which all
-               ///< its rays are kept
-    static constexpr double kFineWeight =
-        0.002; ///< weight in the pixel times transmittance from which a point is marched
+    /// A point is marched to the plane if its weight in the pixel times the transmittance to the
+    /// light is at least this.
+    static constexpr double kFineWeight = 0.002;
+    /// A patch keeps all its rays if the greatest weight in a pixel of the leaves behind it times
+    /// its greatest transmittance is at least this.
+    static constexpr double kFinePatch = 0.065;
 
-    /// `seen` has the greatest weight in its pixel of a voxel of each leaf, 0 where no light is
-    /// asked for. `extinction` is the optical depth of density 1 over one voxel. Where the depth
-    /// exceeds `darkest`, no light is taken to arrive. With `fibre`, densities are multiplied by
-    /// VoxelTree::fibreFactor().
+    /// `seen` holds for each leaf the greatest weight that one of its voxels has in its pixel, 0 if
+    /// the leaf asks for no light. `extinction` is the optical depth of density 1 over one voxel.
+    /// No light is taken to arrive behind an optical depth of `darkest`. If `fibre`, densities are
+    /// multiplied by VoxelTree::fibreFactor(). The tree must outlive this; lights and `seen` need
+    /// not.
     ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
                 const std::vector<float>& seen, double extinction, double darkest, bool fibre);
 
-    /// Transmittance to the light, roughly, from p (corner coordinates) in voxel `cell` or on its
-    /// faces; `L` and `distance` lead to the light. False where the sweep does not know: in leaves
-    /// that were not `seen`. `fine` tells whether toLight() knows, too, near p.
-    bool roughLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L,
-                    double distance, double& passes, bool& fine) const;
+    /// A light's transmittance that was looked up without marching.
+    struct CoarseTransmittance {
+        double value;
+        bool fine; ///< whether pathToLight() knows this place, too
+    };
+    /// The transmittance to a light from `p` (corner coordinates), which lies in voxel `cell` or on
+    /// its faces. `L` (unit length) and `distance` (voxels) lead to the light. Nothing if the sweep
+    /// does not know it: in leaves that were not `seen`, and before the first plane of a light
+    /// inside the volume.
+    std::optional<CoarseTransmittance> approximateTransmittance(std::size_t light, const int* cell,
+                                                                const Vec3d& p, const Vec3d& L,
+                                                                double distance) const;
 
-    /// As roughLight(): the light is `way` voxels of exact marching and an optical depth of
-    /// `depth` away. False, and nothing changed, where no fine patch is kept.
-    bool toLight(std::size_t light, const int* cell, const Vec3d& p, const Vec3d& L,
-                 double distance, double& way, double& depth) const;
+    /// The way to a light: `march` voxels to be marched, then an optical depth of `beyond`.
+    struct Path {
+        double march, beyond;
+    };
+    /// The same question, answered precisely. Nothing if no patch with all rays is kept there.
+    std::optional<Path> pathToLight(std::size_t light, const int* cell, const Vec3d& p,
+                                    const Vec3d& L, double distance) const;
 
     std::size_t memoryBytes() const;
 
 private:
-    static constexpr int kBundle =
-        15; ///< rays from bundle to bundle; each has one more to either side's neighbour
-    static constexpr int kSide = kBundle + 1, kRays = kSide * kSide;
+    static constexpr int kBundle = RayBundle::kStep, kSide = RayBundle::kSide,
+                         kRays = RayBundle::kRays;
+    /// A rough patch keeps each kStride-th ray along both axes.
     static constexpr int kStride = 3, kRoughSide = kBundle / kStride + 1,
-                         kRoughRays = kRoughSide * kRoughSide; ///< of a rough patch
-    static constexpr int kUnit = 4; ///< bytes in which patches are counted
-    static constexpr int kUnknown = -1, kDark = -2, kBright = -3;
-    struct Rectangle { // of bundles
+                         kRoughRays = kRoughSide * kRoughSide;
+    static constexpr int kUnit = 4; ///< bytes in which the places of patches are counted
+    static constexpr int kUnknown = -1, kDark = -2, kBright = -3; ///< instead of a patch
+    /// A rectangle of bundles, bounds included.
+    struct Rectangle {
         int low[2] = {1, 1}, high[2] = {0, 0};
         bool empty() const { return high[0] < low[0]; }
         int width() const { return high[1] - low[1] + 1; }
@@ -83,19 +100,30 @@ private:
     };
     struct Plane {
         Rectangle bundles;
-        std::size_t first = 0; ///< in Field::patches
+        std::size_t first = 0; ///< index in Field::patches of the rectangle's first bundle
     };
-    struct Field { // of a directional light, or of one of a point's pyramids
+    /// What is kept of a directional light, or of one of a point light's pyramids.
+    struct Field {
         LightLattice lattice;
-        double first_s = 0; ///< of the first plane; one every kLeafDim
+        double first_s = 0; ///< s of the first plane; there is one every kLeafDim
         std::vector<Plane> planes;
-        std::vector<std::int32_t> patches; ///< by plane and bundle: 2 x place in codes (+ 1: fine),
-                                           ///< or kUnknown, kDark, kBright
-        std::vector<std::uint8_t> codes;   ///< kRays or kRoughRays a patch: 255 sqrt(transmittance)
+        /// By plane and bundle: kUnknown, kDark, kBright, or 2 x (place in `codes` in kUnit) + (1
+        /// if the patch keeps all rays).
+        std::vector<std::int32_t> patches;
+        /// 255 sqrt(transmittance), kRays or kRoughRays of them for each patch.
+        std::vector<std::uint8_t> codes;
 
         std::int32_t patch(int plane, int bundle_b, int bundle_c) const;
-        bool roughCode(int plane, const Vec3d& p, const Vec3d& L, double to_plane, double darkest,
-                       double& code, bool& fine) const;
+        /// s of the plane by which the light enters the layer of leaves of a voxel.
+        double planeBefore(const int* cell) const;
+        struct RoughCode {
+            double value; ///< 0 to 255
+            bool fine;    ///< whether the patch keeps all rays
+        };
+        /// The code between rays kStride apart, where the way from p along L crosses a plane that
+        /// is `to_plane` voxels away. Nothing if no patch is kept there.
+        std::optional<RoughCode> roughCode(int plane, const Vec3d& p, const Vec3d& L,
+                                           double to_plane, double darkest) const;
     };
     class Sweeper;
 
@@ -105,9 +133,10 @@ private:
     double m_extinction, m_darkest;
     bool m_fibre;
     std::vector<Field> m_fields;
-    std::vector<std::array<int, 6>> m_field_of; ///< by light: of a directional light the first; of
-                                                ///< a point by 2 axis + (towards +)
-    std::vector<bool> m_directional;
+    /// By light, the number of its field or -1. A directional light has only the first; a point
+    /// light's are counted by 2 x axis + (1 if the light goes towards +).
+    std::vector<std::array<int, 6>> m_field_of;
+    std::vector<bool> m_directional; ///< by light
 };
 
 } // namespace volcomp

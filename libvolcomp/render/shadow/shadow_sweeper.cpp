@@ -1,31 +1,16 @@
-// What of a light's field is asked for, and what is kept of it.
+// SPDX-License-Identifier: Apache-2.0
+// Which part of a light's field is asked for, and what is kept of it.
 #include "volcomp/render/shadow/shadow_sweeper.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include <tbb/parallel_for.h>
 
 namespace volcomp {
 namespace {
 
-// 255 e^(-x/2) for x >= 0, to a tenth of a unit.
-inline float codeOf(float x)
-{
-    const float y = std::max(-x * 0.72134752f, -60.0f); // log2
-    const int whole = int(y) - 1;                       // y < 0: at or below floor(y)
-    const float f = y - float(whole);                   // 0 ... 2
-    const float p = 1
-        + f * (0.69315f + f * (0.240227f + f * (0.0555041f + f * (0.00961813f + f * 0.00133336f))));
-    const std::int32_t bits = (whole + 127) << 23;
-    float scale;
-    std::memcpy(&scale, &bits, sizeof scale);
-    return 255 * p * scale;
-}
-
-double square(double x) { return x * x; }
-
+/// Calls f(b, c) for each bundle of a rectangle.
 template <class Rectangle, class F>
 void forEachBundle(const Rectangle& r, const F& f)
 {
@@ -39,14 +24,14 @@ bool ShadowSweep::Sweeper::run()
 {
     sortLeaves();
     setSpacing();
-    lookUnder();
+    visitCells();
     markNeeded();
     if (m_all.empty()) return false;
     m_bundles.resize(m_all.size());
     if (m_sweep.m_fibre) m_effective_of.assign(m_tree.leafCount(), -1);
     for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {
         keep(layer);
-        if (layer < int(m_cells.size())) advance(layer);
+        if (layer < int(m_cells.size())) push(layer);
     }
     return true;
 }
@@ -65,14 +50,15 @@ void ShadowSweep::Sweeper::sortLeaves()
     });
 }
 
-// Light is asked for there, from a plane behind the source.
-bool ShadowSweep::Sweeper::asks(const Cell& cell, int layer) const
+// Whether a leaf needs this field's light: it is seen, and some of it lies behind the source,
+// inside the field's pyramid and inside the spot's cone. Uniform leaves stand in more than one
+// place, so they go by rays.
+bool ShadowSweep::Sweeper::asksForLight(const Cell& cell, int layer) const
 {
     if (!(m_seen[cell.leaf] > 0) || m_tree.leaf(cell.leaf).uniform) return false;
     if (!m_lattice.fans) return true;
     const double s = planeAt(layer);
-    if (s <= m_lattice.s0 + 1e-3) return false;
-    // Inside the pyramid, and inside the spot's cone.
+    if (!m_lattice.hasRaysAt(s)) return false;
     const double reach = s + kLeafDim - m_lattice.s0;
     const double b = cell.b - m_lattice.origin[0], c = cell.c - m_lattice.origin[1];
     if (b > reach || b + kLeafDim < -reach || c > reach || c + kLeafDim < -reach) return false;
@@ -81,35 +67,44 @@ bool ShadowSweep::Sweeper::asks(const Cell& cell, int layer) const
     middle[m_lattice.a] = m_lattice.sign * (s + kLeafDim / 2 - m_lattice.s0);
     middle[m_lattice.b] = b + kLeafDim / 2;
     middle[m_lattice.c] = c + kLeafDim / 2;
-    const double distance = middle.length(), radius = kLeafDim * 0.87;
+    return mayBeInCone(middle);
+}
+
+// Whether the sphere around a leaf, whose middle is given from the light, reaches into the cone.
+bool ShadowSweep::Sweeper::mayBeInCone(const Vec3d& from_light) const
+{
+    const double distance = from_light.length(),
+                 radius = kLeafDim * 0.87; // half a leaf's diagonal, sqrt(3) / 2 of its edge
     if (distance <= radius) return true;
-    const double cosine = m_tree.directionToWorld(middle / distance).dot(m_light.direction);
+    const double cosine = m_tree.directionToWorld(from_light / distance).dot(m_light.direction);
     return std::acos(std::min(1.0, std::max(-1.0, cosine))) - std::asin(radius / distance)
         <= m_light.angle;
 }
 
+// A fan's rays are kSpacing apart on the far side of the last layer that asks for light, so that
+// nowhere they are further apart than pushRays() can take.
 void ShadowSweep::Sweeper::setSpacing()
 {
     if (!m_lattice.fans) return;
     int farthest = 0;
     for (int layer = 0; layer < int(m_cells.size()); ++layer)
         if (std::any_of(m_cells[layer].begin(), m_cells[layer].end(),
-                        [&](const Cell& cell) { return asks(cell, layer); }))
+                        [&](const Cell& cell) { return asksForLight(cell, layer); }))
             farthest = layer;
-    m_lattice.setFanSpacing(
-        kSpacing, planeAt(farthest + 1)); // up to the far side: no wider than Row::pass() can take
+    m_lattice.setFanSpacing(kSpacing, planeAt(farthest + 1));
     m_field.lattice = m_lattice;
 }
 
-ShadowSweep::Rectangle ShadowSweep::Sweeper::under(const Cell& cell, int layer) const
+ShadowSweep::Rectangle ShadowSweep::Sweeper::bundlesThrough(const Cell& cell, int layer) const
 {
+    constexpr double kPyramid = 1.02; // half its width at distance 1, with a border for rounding
     Rectangle r;
     for (int axis = 0; axis < 2; ++axis) {
         const int x = axis == 0 ? cell.b : cell.c;
-        double low, high;
-        m_lattice.raysThrough(axis, x, x + kLeafDim, planeAt(layer), planeAt(layer + 1), low, high);
-        if (m_lattice.fans) { // of the pyramid, with a border
-            const double most = 1.02 / m_lattice.spacing1;
+        auto [low, high] =
+            m_lattice.raysThrough(axis, x, x + kLeafDim, planeAt(layer), planeAt(layer + 1));
+        if (m_lattice.fans) {
+            const double most = kPyramid / m_lattice.spacing1;
             low = std::max(low, -most);
             high = std::min(high, most);
             if (low > high) return {};
@@ -120,12 +115,12 @@ ShadowSweep::Rectangle ShadowSweep::Sweeper::under(const Cell& cell, int layer) 
     return r;
 }
 
-void ShadowSweep::Sweeper::lookUnder()
+void ShadowSweep::Sweeper::visitCells()
 {
     tbb::parallel_for(std::size_t(0), m_cells.size(), [&](std::size_t layer) {
         for (Cell& cell : m_cells[layer]) {
-            cell.under = under(cell, int(layer));
-            cell.asks = asks(cell, int(layer));
+            cell.bundles = bundlesThrough(cell, int(layer));
+            cell.asks = asksForLight(cell, int(layer));
         }
     });
 }
@@ -133,11 +128,16 @@ void ShadowSweep::Sweeper::lookUnder()
 // A leaf asks for the planes before and behind it.
 void ShadowSweep::Sweeper::markNeeded()
 {
-    for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
-        for (const Cell& cell : m_cells[layer])
-            if (cell.asks)
-                for (const std::size_t p : {layer, layer + 1})
-                    m_field.planes[p].bundles.add(cell.under);
+    const auto forEachAsked = [&](auto&& f) { // f(cell, plane)
+        for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
+            for (const Cell& cell : m_cells[layer])
+                if (cell.asks)
+                    for (const std::size_t plane : {layer, layer + 1})
+                        f(cell, plane, plane == layer);
+    };
+    forEachAsked([&](const Cell& cell, std::size_t plane, bool) {
+        m_field.planes[plane].bundles.add(cell.bundles);
+    });
     std::size_t size = 0;
     for (Plane& plane : m_field.planes) {
         plane.first = size;
@@ -147,28 +147,22 @@ void ShadowSweep::Sweeper::markNeeded()
     m_field.patches.assign(size, kUnknown);
     m_weights.assign(size, 0);
     m_last.assign(m_all.size(), -1);
-    for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
-        for (const Cell& cell : m_cells[layer])
-            if (cell.asks)
-                for (const std::size_t p : {layer, layer + 1})
-                    forEachBundle(cell.under, [&](int b, int c) {
-                        const std::size_t at =
-                            m_field.planes[p].first + m_field.planes[p].bundles.index(b, c);
-                        m_field.patches[at] = kBright;
-                        if (p == layer) m_weights[at] = std::max(m_weights[at], m_seen[cell.leaf]);
-                        m_last[m_all.index(b, c)] = int(p);
-                    });
+    forEachAsked([&](const Cell& cell, std::size_t plane, bool is_behind_plane) {
+        const Plane& p = m_field.planes[plane];
+        forEachBundle(cell.bundles, [&](int b, int c) {
+            const std::size_t at = p.first + p.bundles.index(b, c);
+            m_field.patches[at] = kBright;
+            if (is_behind_plane) m_weights[at] = std::max(m_weights[at], m_seen[cell.leaf]);
+            m_last[m_all.index(b, c)] = int(plane);
+        });
+    });
 }
 
-// Writes what is asked for at a plane.
-void ShadowSweep::Sweeper::keep(int layer)
+// Marks the patches of a plane that are dark and finds those whose codes must be written. What is
+// asked for and has met no particle stays bright.
+std::vector<ShadowSweep::Sweeper::Patch> ShadowSweep::Sweeper::patchesToWrite(int layer)
 {
     const Plane& plane = m_field.planes[layer];
-    struct Patch {
-        int b, c;
-        std::int32_t* patch;
-        bool fine;
-    };
     std::vector<Patch> patches;
     forEachBundle(plane.bundles, [&](int b, int c) {
         const std::size_t at = plane.first + plane.bundles.index(b, c);
@@ -179,42 +173,34 @@ void ShadowSweep::Sweeper::keep(int layer)
             return;
         }
         const float brightest = std::exp(-float(m_sweep.m_extinction) * bundle.least);
-        patches.push_back({b, c, &m_field.patches[at], m_weights[at] * brightest >= kFinePatch});
+        patches.push_back({{b, c}, &m_field.patches[at], m_weights[at] * brightest >= kFinePatch});
     });
+    return patches;
+}
+
+// Writes what is asked for at a plane.
+void ShadowSweep::Sweeper::keep(int layer)
+{
+    const std::vector<Patch> patches = patchesToWrite(layer);
     std::size_t next = m_field.codes.size() / kUnit;
     for (const Patch& p : patches) {
-        *p.patch = std::int32_t(2 * next + p.fine);
+        *p.at = std::int32_t(2 * next + p.fine);
         next += (p.fine ? kRays : kRoughRays) / kUnit;
     }
     m_field.codes.resize(next * kUnit);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, patches.size(), 16),
                       [&](const auto& range) {
                           for (std::size_t i = range.begin(); i < range.end(); ++i)
-                              write(patches[i].b, patches[i].c, patches[i].fine,
-                                    &m_field.codes[std::size_t(*patches[i].patch >> 1) * kUnit]);
+                              write(patches[i]);
                       });
 }
 
-// Of ray (b, c), for a unit of travel.
-double ShadowSweep::Sweeper::rayLength(int b, int c) const
+void ShadowSweep::Sweeper::write(const Patch& patch)
 {
-    return std::sqrt(1 + square(m_lattice.slopeOf(0, b)) + square(m_lattice.slopeOf(1, c)));
-}
-
-void ShadowSweep::Sweeper::write(int b, int c, bool fine, std::uint8_t* codes) const
-{
-    const float* sums = m_bundles[m_all.index(b, c)].sums.get();
-    const int step = fine ? 1 : kStride;
-    float scale[kSide];
-    for (int row = 0; row < kSide; row += step) {
-        if (row == 0 || m_lattice.fans)
-            for (int j = 0; j < kSide; ++j)
-                scale[j] =
-                    float(m_sweep.m_extinction * rayLength(b * kBundle + row, c * kBundle + j));
-        float values[kSide];
-        for (int j = 0; j < kSide; ++j) values[j] = codeOf(sums[row * kSide + j] * scale[j]) + 0.5f;
-        for (int j = 0; j < kSide; j += step) *codes++ = std::uint8_t(values[j]);
-    }
+    const Bundle& bundle = m_bundles[m_all.index(patch.bundle.b, patch.bundle.c)];
+    encodeTransmittances(raysAt(patch.bundle, 0), *bundle.sums, m_sweep.m_extinction,
+                         patch.fine ? 1 : kStride,
+                         &m_field.codes[std::size_t(*patch.at >> 1) * kUnit]);
 }
 
 } // namespace volcomp

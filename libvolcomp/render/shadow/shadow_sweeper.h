@@ -1,4 +1,5 @@
-// How ShadowSweep's light is pushed through the volume: of use to shadow_sweep.cpp alone.
+// SPDX-License-Identifier: Apache-2.0
+// How ShadowSweep's light is pushed through the volume; shadow_sweep.cpp alone uses it.
 #pragma once
 
 #include <memory>
@@ -6,12 +7,13 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include "volcomp/render/shadow/ray_bundle.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
 
 namespace volcomp {
 
-/// Fills one field: what is asked for (shadow_sweeper.cpp), then, layer by layer, keeps it and
-/// moves the light on (shadow_sweeper_push.cpp).
+/// Fills one field: finds what is asked for (shadow_sweeper.cpp), then, layer by layer, keeps it
+/// and pushes the light on (shadow_sweeper_push.cpp). All references must outlive this.
 class ShadowSweep::Sweeper {
 public:
     Sweeper(const ShadowSweep& sweep, Field& field, const Light& light,
@@ -21,48 +23,60 @@ public:
     {
     }
 
-    /// False where nothing is asked for.
+    /// Fills the field. Returns false, with nothing in it, if no leaf asks for its light.
     bool run();
 
 private:
-    struct Cell { // a leaf where it stands: its lowest b and c
-        int leaf, b, c;
-        Rectangle under;   // the bundles whose rays pass it, or between whose rays its points lie
-        bool asks = false; // for light
+    /// A leaf at its place.
+    struct Cell {
+        int leaf, b, c;    ///< b and c: of its lowest voxel
+        Rectangle bundles; ///< whose rays pass it, or between whose rays its points lie
+        bool asks = false; ///< for light
     };
     struct Bundle {
-        std::unique_ptr<float[]>
-            sums;       ///< density x slices along each ray; none before the first particle
-        int stamp = -1; ///< layer it was last moved through
-        bool dark = false;
-        float least = 0; ///< of the sums
+        std::unique_ptr<RaySums> sums; ///< null before the first particle and in the dark
+        int pushed_layer = -1;         ///< the last that it was pushed through
+        bool dark = false;             ///< every ray has met more than the darkest depth
+        float least = 0;               ///< of the sums
     };
-    static constexpr int kMaxLeaves = 4; // under a bundle in a layer, along b or c
-    static constexpr int kBlockDim3 = kMaxLeaves * kLeafDim,
-                         kBlockSize = kBlockDim3 * kBlockDim3 * kLeafDim;
-    static constexpr int kMargin =
-        kBlockDim3 * kLeafDim + kLeafDim; // around the block, read with weight 0
-    struct Scratch {
-        std::vector<float> block = std::vector<float>(kBlockSize + 2 * kMargin);
+    struct BundleAt {
+        int b, c;
     };
+    /// Leaves under a bundle in one layer: lowest leaf and count, along b and c.
+    struct LeafRange {
+        int low[2], count[2];
+    };
+    /// A patch that is to be written.
+    struct Patch {
+        BundleAt bundle;
+        std::int32_t* at; ///< in Field::patches
+        bool fine;
+    };
+    /// A thread's copy of the densities under a bundle.
+    using StripBuffer = std::vector<float>;
 
     static int floorDivide(int x, int y) { return x >= 0 ? x / y : -((y - 1 - x) / y); }
     double planeAt(int plane) const { return m_field.first_s + double(kLeafDim) * plane; }
+
     void sortLeaves();
-    bool asks(const Cell& cell, int layer) const;
+    bool asksForLight(const Cell& cell, int layer) const;
+    bool mayBeInCone(const Vec3d& from_light) const;
     void setSpacing();
-    Rectangle under(const Cell& cell, int layer) const;
-    void lookUnder();
+    Rectangle bundlesThrough(const Cell& cell, int layer) const;
+    void visitCells();
     void markNeeded();
+
     void keep(int layer);
-    double rayLength(int b, int c) const;
-    void write(int b, int c, bool fine, std::uint8_t* codes) const;
-    void advance(int layer);
+    std::vector<Patch> patchesToWrite(int layer);
+    void write(const Patch& patch);
+
+    void push(int layer);
+    std::vector<BundleAt> bundlesToPush(int layer, std::vector<Cell>& fibre_cells);
     void makeEffective(const Cell& cell, int layer, float* to) const;
-    void move(int bundle_b, int bundle_c, int layer, double s, double end, Scratch& scratch);
-    struct Row;
-    bool fill(int layer, const int* low, const int* count, int row_stride, int slice_stride,
-              float* block) const;
+    RayBundle raysAt(const BundleAt& at, double s) const;
+    LeafRange leavesUnder(const BundleAt& at, double s, double end) const;
+    void pushBundle(const BundleAt& at, int layer, double s, double end);
+    bool fill(int layer, const LeafRange& range, float* strip) const;
 
     const ShadowSweep& m_sweep;
     const VoxelTree& m_tree;
@@ -70,14 +84,17 @@ private:
     LightLattice m_lattice;
     const Light& m_light;
     const std::vector<float>& m_seen;
-    std::vector<std::vector<Cell>> m_cells; // by layer, as the light comes
-    Rectangle m_all;
-    std::vector<int> m_last;      // plane that asks for a bundle last
-    std::vector<float> m_weights; // by patch: the greatest of the leaves behind it
+    std::vector<std::vector<Cell>> m_cells; ///< by layer, in the order in which the light comes
+    Rectangle m_all;                        ///< bundles that are asked for on some plane
+    std::vector<int> m_last;                ///< by bundle: the last plane that asks for it
+    std::vector<float> m_weights; ///< by patch: the greatest `seen` of the leaves behind it
     std::vector<Bundle> m_bundles;
-    std::vector<int> m_effective_of; // of the layer's leaves under fibre extinction
+    /// Densities of the layer's leaves under fibre extinction: by leaf the number of its 512 floats
+    /// in m_effective, or -1.
+    std::vector<int> m_effective_of;
     std::vector<float> m_effective;
-    tbb::enumerable_thread_specific<Scratch> m_scratch;
+    tbb::enumerable_thread_specific<StripBuffer> m_strips{
+        StripBuffer(Strip::kSize + 2 * Strip::kMargin)};
 };
 
 } // namespace volcomp

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One voxel that stands for eight (MODEL section 8).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/tree/dual_tree.h"
 
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The volume for the trilinear filter: cells between eight voxel centres, in leaves of 8^3 cells.
 //
 // Coordinates are VoxelTree's corner coordinates less half a voxel: cell (i,j,k) is [i,i+1)^3 and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/tree/level_of_detail.h"
 
 #include <tbb/enumerable_thread_specific.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a ray of the picture sees, from voxels of the size that its pixel can show (MODEL section
 // 8).
 //

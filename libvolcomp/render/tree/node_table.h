@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the leaves of a tree are: a hash table of nodes of 128^3 voxels, each with the numbers of
 // its 16^3 leaves.
 #pragma once

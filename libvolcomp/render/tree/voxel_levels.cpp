@@ -1,9 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/tree/voxel_levels.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/render/tree/voxel_tree_io.h"
 #include "volcomp/volume/vdb_io.h"
 
@@ -57,20 +59,19 @@ std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& hig
     // The width of a pixel: at distance 1, or at any distance.
     const double pixel = perspective ? 2 * std::tan(camera.field_of_view / 2) / params.width
                                      : camera.width / params.width;
-    const double infinity = std::numeric_limits<double>::infinity();
     std::vector<Range> ranges;
     double start = 0;
     int level = 0;
     for (;; ++level) {
         // The width of a pixel where the next level begins, and how far away that is.
         const double width = voxel * std::ldexp(kVoxelsPerPixel, level + 1);
-        const double next = perspective ? width / pixel : width <= pixel ? 0 : infinity;
+        const double next = perspective ? width / pixel : width <= pixel ? 0 : kInfinity;
         if (!(next <= farthest)) break;
         if (next <= nearest || next <= start) continue;
         ranges.push_back({level, start, next});
         start = next;
     }
-    ranges.push_back({level, start, infinity});
+    ranges.push_back({level, start, kInfinity});
     return ranges;
 }
 

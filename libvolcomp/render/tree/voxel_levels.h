@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The coarser levels of a volume that a camera needs (MODEL section 8), made from the volume or
 // read from files beside it.
 //
@@ -18,14 +19,14 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <vector>
 
-#include "volcomp/view/camera.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/base/progress.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/render/tree/voxel_tree.h"
+#include "volcomp/view/camera.h"
 
 namespace volcomp {
 
@@ -33,7 +34,7 @@ namespace volcomp {
 struct VoxelLevel {
     std::shared_ptr<const VoxelTree> tree;
     /// Distances from the camera, world units.
-    double start = 0, end = std::numeric_limits<double>::infinity();
+    double start = 0, end = kInfinity;
 };
 
 /// The levels that a camera needs, finest first; their ranges meet. `finest` alone, if params.lod

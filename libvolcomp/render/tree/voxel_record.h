@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a VoxelTree keeps of a voxel's particles beside their density, in 8 bytes.
 //
 //     bits 0 to 23    direction, sign free: two coordinates of 12 bits, off by less than 7e-4 rad

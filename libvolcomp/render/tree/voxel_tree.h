@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The volume as rays read it: a table of nodes of 128^3 voxels (node_table.h), leaves of 8^3
 // voxels, the density of all parts as plain floats, and the rest of a voxel in one record of 8
 // bytes (voxel_record.h). Blocks in which all voxels are the same are leaves of one record, which

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a VoxelTree is made from a source.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a VoxelTree is made from one of half its voxels' width: one level of the voxel pyramid (MODEL
 // section 8).
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A VoxelTree from a file, and to one.
 #pragma once
 

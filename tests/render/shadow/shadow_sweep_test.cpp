@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/shadow/shadow_sweep.h"
 
 #include <cmath>
@@ -39,21 +40,23 @@ constexpr double kFarAway = 1e30;
 const Vec3d kDirections[] = {{-0.6, -0.7, -0.4}, {0.1, 0.2, -0.9}, {0.9, 0.1, 0.3}, {0, -1, 0},
                              {1, 1, 1},          {-1, 0, 1},       {0, 0, 1}};
 
-// Optical depth from p by the sweep: marched to the plane, and what lies beyond.
+// Optical depth from p to light 0 by the sweep: marched to the plane, and what lies beyond; -1 if
+// the sweep does not know it. `of_cell` is the voxel that p counts to, if not the one it lies in.
 double sweptDepth(const VoxelTree& tree, const ShadowSweep& sweep, const Vec3d& p, const Vec3d& L,
                   double distance, const int* of_cell = nullptr)
 {
-    int cell[3]; // `of_cell`, or that in which p lies
+    int cell[3];
     for (int a = 0; a < 3; ++a) cell[a] = of_cell ? of_cell[a] : int(std::floor(p[a]));
-    double way = -1, beyond = -1;
-    if (!sweep.toLight(0, cell, p, L, distance, way, beyond)) return -1;
+    const auto path = sweep.pathToLight(0, cell, p, L, distance);
+    if (!path) return -1;
+    const double way = path->march;
     EXPECT_LE(way, 8 * std::sqrt(3.0) + 1e-9);
     const MarchRay r(tree, p, L, MarchRay::kFar);
     const double near = way > 0 ? shortIntegral<false>(tree, r.from(p, way), cell, L) : 0;
     EXPECT_NEAR(
         near, way > 0 ? lineIntegral<false>(tree, MarchRay(tree, p, L, way), L, MarchRay::kFar) : 0,
         1e-6);
-    return near + beyond;
+    return near + path->beyond;
 }
 
 std::vector<Light> lightsOfEveryKind()
@@ -86,7 +89,7 @@ Volume fibres(Volume volume)
     return volume;
 }
 
-/// A place in a noise(40, ...) and the way from there to a light.
+/// A random place in a volume noise(40, ...) and the way from there to a light.
 struct Query {
     Vec3d p, L;
     int cell[3];
@@ -105,12 +108,12 @@ struct Query {
 
 } // namespace
 
-// What is kept is the root of each ray's exact transmittance: rounded to a half of a code, by an
-// exponential that is good to a tenth.
+// The sweep keeps the root of each ray's exact transmittance. A code is off by 0.6 at most: 0.5 by
+// rounding and 0.1 by the exponential.
 TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
 {
     std::vector<Light> lights = lightsOfEveryKind();
-    lights.pop_back(); // a spot's rays are a point's, but their spacing follows from its cone
+    lights.pop_back(); // a spot has a point's rays, but its cone decides how far apart they are
     for (const double dense : {0.2, 0.7})
         for (const bool fibre : {false, true}) {
             const VoxelTree tree(fibres(noise(40, 0.3, dense)));
@@ -125,19 +128,18 @@ TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
                     const double s = rays.planeBefore(q.cell), expected_way = rays.way(q.p, s);
                     const auto name = ::testing::Message()
                         << light.direction << light.position << " at " << q.p << dense << fibre;
-                    double way = -1, beyond = -1, passes = -1;
-                    if (sweep.toLight(0, q.cell, q.p, q.L, q.distance, way, beyond)) {
+                    if (const auto path = sweep.pathToLight(0, q.cell, q.p, q.L, q.distance)) {
                         const bool near = !rays.startsBefore(s) || expected_way >= q.distance;
-                        ASSERT_NEAR(way, near ? q.distance : expected_way, 1e-9) << name;
-                        ASSERT_NEAR(255 * std::exp(-0.5 * beyond),
+                        ASSERT_NEAR(path->march, near ? q.distance : expected_way, 1e-9) << name;
+                        ASSERT_NEAR(255 * std::exp(-0.5 * path->beyond),
                                     near ? 255 : rays.code(q.p, s, 1), 0.6)
                             << name;
                         ++fine_known;
                     }
-                    bool fine = false;
-                    if (sweep.roughLight(0, q.cell, q.p, q.L, q.distance, passes, fine)) {
+                    if (const auto light_here =
+                            sweep.approximateTransmittance(0, q.cell, q.p, q.L, q.distance)) {
                         const double part = expected_way / (expected_way - rays.way(q.p, s + 8));
-                        ASSERT_NEAR(255 * std::sqrt(passes),
+                        ASSERT_NEAR(255 * std::sqrt(light_here->value),
                                     (1 - part) * rays.code(q.p, s, 3)
                                         + part * rays.code(q.p, s + 8, 3),
                                     0.6)
@@ -151,8 +153,8 @@ TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
         }
 }
 
-// In a homogeneous block the depth is linear along the way to the light, which both ways to ask
-// reproduce away from the edges.
+// In a homogeneous block the depth is linear along the way to the light. Both ways to ask reproduce
+// that away from the edges.
 TEST(ShadowSweep, IsExactInAHomogeneousBlock)
 {
     for (const Vec3d& direction : kDirections) {
@@ -169,9 +171,9 @@ TEST(ShadowSweep, IsExactInAHomogeneousBlock)
             const int cell[3] = {int(p[0]), int(p[1]), int(p[2])};
             const double exact = lineIntegral<false>(tree, MarchRay(tree, p, L, MarchRay::kFar),
                                                      Vec3d(0.0), MarchRay::kFar);
-            // The depth is the least of linear functions, one for each face that light may enter
-            // by. Between rays h apart a kink costs h / 4 times the change of slope, along both
-            // axes, at most; a code is off by 0.6 of 255 roots.
+            // The depth is the least of linear functions, one for each face by which light may
+            // enter. Between rays h apart a kink costs at most h / 4 times the change of slope,
+            // along both axes. A code, 255 times the root, is off by 0.6 at most.
             double enters[3], least = kFarAway, greatest_L = 0;
             for (int a = 0; a < 3; ++a) {
                 enters[a] = std::abs(L[a]) < 1e-9
@@ -192,28 +194,28 @@ TEST(ShadowSweep, IsExactInAHomogeneousBlock)
             EXPECT_NEAR(sweptDepth(tree, sweep, p, L, MarchRay::kFar), exact,
                         kinks(ShadowSweep::kSpacing) + rounding)
                 << direction;
-            double passes = -1;
-            bool fine = false;
-            ASSERT_TRUE(sweep.roughLight(0, cell, p, L, MarchRay::kFar, passes, fine));
-            EXPECT_TRUE(fine);
-            // Rays 2 apart, planes 8 apart, between which the root is taken to be linear.
-            EXPECT_NEAR(-std::log(passes), exact,
+            const auto rough = sweep.approximateTransmittance(0, cell, p, L, MarchRay::kFar);
+            ASSERT_TRUE(rough);
+            EXPECT_TRUE(rough->fine);
+            // The rays are 2 voxels apart and the planes 8; between planes the root is linear.
+            EXPECT_NEAR(-std::log(rough->value), exact,
                         kinks(2) + std::pow(0.1 * 8 / greatest_L, 2) / 16 + rounding)
                 << direction;
         }
     }
 }
 
-// Light in a volume of random voxels, against rays: the limits follow from the statistics of
-// independent voxels of variance v.
+// Compares the light in a volume of random voxels with that by rays. The limits follow from the
+// statistics of independent voxels of variance v.
 //
-// A ray along an axis has the depth of its column. Rays h apart stand in other columns; with
-// columns a voxel wide, at random places, the squared difference between the depth read between
-// four of them and the true one is v n k in the mean, n voxels from the light. Along one axis the
-// weight of the rays that share the point's column is 7/9 in the mean for h = 2/3, as is the sum of
-// the squared weights of columns: k = 1 - (7/9)^2. For h = 2 they are 5/12 and 2/3: k = 1 - 2
-// (5/12)^2 + (2/3)^2. Oblique rays cross more voxels, and share them: less. What is read is the
-// mean root, too small by about (1 - q) v n / 4 (q the sum of the squared weights) of the light.
+// A ray along an axis has the depth of its column of voxels; rays h apart may stand in different
+// columns. The depth is read between four rays. At random places n voxels from the light, its
+// squared difference from the true depth is v n k in the mean. Along one axis, for h = 2/3, the
+// mean weight of the rays in the point's own column is 7/9, and so is the mean sum of the squared
+// weights of all columns: k = 1 - (7/9)^2. For h = 2 these are 5/12 and 2/3: k = 1 - 2 (5/12)^2 +
+// (2/3)^2. Oblique rays cross and share more voxels, so their k is smaller. What is read is the
+// mean of the roots. It is too small by about (1 - q) v n / 4 of the light; q is the sum of the
+// squared weights.
 TEST(ShadowSweep, AgreesWithRaysThroughNoise)
 {
     const double fill = 0.3, brightest = 0.2,
@@ -238,11 +240,11 @@ TEST(ShadowSweep, AgreesWithRaysThroughNoise)
                 expected += exact * exact * vn * k;
                 bias += exact * (1 - q) * vn / 4;
             }
-            void check(int columns) const // as many as are independent
+            void check(int columns) const // the number of independent ones
             {
                 const double limit = std::sqrt(expected / known) / (mean / known);
                 EXPECT_LT(std::sqrt(square / known) / (mean / known),
-                          1.1 * limit); // the exponential's curvature, and chance
+                          1.1 * limit); // a tenth for the exponential's curvature and chance
                 EXPECT_NEAR(difference / mean, -bias / mean,
                             4 * limit / std::sqrt(columns)); // four standard errors
             }
@@ -251,7 +253,7 @@ TEST(ShadowSweep, AgreesWithRaysThroughNoise)
         while (count < 3000) {
             const Query q(tree, light, random);
             if (!(illuminate(light, q.p - Vec3d(0.5), 0.5).weight > 0))
-                continue; // out of the spot's cone
+                continue; // outside of the spot's cone
             ++count;
             const MarchRay r(tree, q.p, q.L, q.distance);
             const double exact =
@@ -259,27 +261,25 @@ TEST(ShadowSweep, AgreesWithRaysThroughNoise)
                          vn = v * (r.t1 - r.t0);
             const double depth = sweptDepth(tree, sweep, q.p, q.L, q.distance);
             if (depth >= 0) {
-                double way, beyond;
-                sweep.toLight(0, q.cell, q.p, q.L, q.distance, way, beyond);
+                const double way = sweep.pathToLight(0, q.cell, q.p, q.L, q.distance)->march;
                 fine.add(std::exp(-depth), exact, v * std::max(0.0, r.t1 - r.t0 - way), k_fine,
                          q_fine);
             }
-            double passes = -1;
-            bool is_fine = false;
-            if (sweep.roughLight(0, q.cell, q.p, q.L, q.distance, passes, is_fine))
-                rough.add(passes, exact, vn, k_rough, q_rough);
+            if (const auto found = sweep.approximateTransmittance(0, q.cell, q.p, q.L, q.distance))
+                rough.add(found->value, exact, vn, k_rough, q_rough);
             else unknown += depth < 0;
         }
         SCOPED_TRACE(::testing::Message() << light.direction << " " << light.position);
         EXPECT_EQ(unknown, 0);
         EXPECT_GT(fine.known, 0.97 * count);
-        EXPECT_GT(rough.known, 0.7 * count); // not so close to a light that no plane lies before it
+        // Unknown are places so close to a light that no plane lies between.
+        EXPECT_GT(rough.known, 0.7 * count);
         fine.check(40 * 40);
         rough.check(20 * 20);
     }
 }
 
-// Where the light is dark it stays dark, and before everything it is bright.
+// Light is bright before everything, and stays dark where it has become dark.
 TEST(ShadowSweep, EndsInTheDark)
 {
     Volume volume = emptyVolume();
@@ -287,23 +287,25 @@ TEST(ShadowSweep, EndsInTheDark)
     const VoxelTree tree(volume);
     const Light light = from({0, 0, 1});
     const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1, 12, false);
-    for (const int z :
-         {0, 5, 15, 30, 47, 55,
-          60}) { // planes are bright before the first, rough from 5.5 and dark from 24 voxels on
+    // The first plane is bright; planes are rough from 5.5 voxels on and dark from 24 voxels on.
+    for (const int z : {0, 5, 15, 30, 47, 55, 60}) {
         const int cell[3] = {7, 8, z};
         const Vec3d p(7.5, 8.4, z + 0.5);
-        double passes = -1, way = -1, depth = -1;
-        bool fine = false;
-        ASSERT_TRUE(sweep.roughLight(0, cell, p, -light.direction, MarchRay::kFar, passes, fine));
+        const Vec3d L = -light.direction;
+        const auto rough = sweep.approximateTransmittance(0, cell, p, L, MarchRay::kFar);
+        ASSERT_TRUE(rough);
         if (z > 40) {
-            EXPECT_LE(passes, std::exp(-12.0)) << z;
+            EXPECT_LE(rough->value, std::exp(-12.0)) << z;
         }
         if (z < 32) {
             const double plane = z & ~7, root = std::exp(-0.25 * plane),
                          behind = std::exp(-0.25 * (plane + 8)), part = (p[2] - plane) / 8;
-            EXPECT_NEAR(255 * std::sqrt(passes), 255 * (root + (behind - root) * part), 0.6) << z;
+            EXPECT_NEAR(255 * std::sqrt(rough->value), 255 * (root + (behind - root) * part), 0.6)
+                << z;
         }
-        if (!sweep.toLight(0, cell, p, -light.direction, MarchRay::kFar, way, depth)) continue;
+        const auto path = sweep.pathToLight(0, cell, p, L, MarchRay::kFar);
+        if (!path) continue;
+        const double depth = path->beyond;
         EXPECT_TRUE(z < 8 ? depth == 0
                         : z > 40
                         ? depth >= 12
@@ -313,8 +315,7 @@ TEST(ShadowSweep, EndsInTheDark)
     }
 }
 
-// As far as the plane the light is marched as exactly as without a sweep, whatever the filter and
-// the extinction.
+// The light is marched to the plane as exactly as without a sweep, with each filter and extinction.
 TEST(ShadowSweep, TheWayToThePlaneIsExact)
 {
     const VoxelTree tree(fibres(noise(40, 0.3, 0.2)));
@@ -337,21 +338,21 @@ TEST(ShadowSweep, TheWayToThePlaneIsExact)
             for (int i = 0; i < 1000; ++i) {
                 const std::size_t l = i % lights.size();
                 const Query q(tree, lights[l], random);
-                double way, beyond;
-                if (!sweep.toLight(l, q.cell, q.p, q.L, q.distance, way, beyond)) continue;
+                const auto path = sweep.pathToLight(l, q.cell, q.p, q.L, q.distance);
+                if (!path) continue;
                 ++known;
                 RaySample near;
-                plain.traceFurther(near, q.p - Vec3d(0.5), q.L, 0, way, scratch);
+                plain.traceFurther(near, q.p - Vec3d(0.5), q.L, 0, path->march, scratch);
                 ASSERT_NEAR(swept.depthToLight(l, q.cell, q.p, counts),
-                            beyond - std::log(near.transmittance), 1e-6)
+                            path->beyond - std::log(near.transmittance), 1e-6)
                     << int(filter) << int(extinction) << q.p << l;
             }
             EXPECT_GT(known, 800);
         }
 }
 
-// The radiance along rays, segment by segment, from what the sweep says: roughly where a point is a
-// trace in its pixel or in shade, else from both ends of the segment.
+// The radiance along rays, segment by segment, from what the sweep says. A segment that is a trace
+// in its pixel, or lies in shade, takes the approximate light; others take it from both their ends.
 TEST(ShadowSweep, SegmentsTakeWhatTheyAreWorth)
 {
     const VoxelTree tree(noise(40, 0.3, 0.3));
@@ -384,9 +385,12 @@ TEST(ShadowSweep, SegmentsTakeWhatTheyAreWorth)
                 const Vec3d p = o + t * d, q = o + end * d;
                 greatest[span.leaf] = std::max(greatest[span.leaf], float(weight));
                 if (weight >= 0.001
-                    || std::abs(t - passes_t) > 2) { // a trace takes the light of one nearby
-                    ASSERT_TRUE(
-                        sweep.roughLight(0, cell, 0.5 * (p + q), L, MarchRay::kFar, passes, fine));
+                    || std::abs(t - passes_t) > 2) { // a trace takes the light of a neighbour
+                    const auto rough =
+                        sweep.approximateTransmittance(0, cell, 0.5 * (p + q), L, MarchRay::kFar);
+                    ASSERT_TRUE(rough);
+                    passes = rough->value;
+                    fine = rough->fine;
                     passes_t = t;
                 }
                 if (!fine || weight * passes < ShadowSweep::kFineWeight)
@@ -418,14 +422,23 @@ TEST(ShadowSweep, SegmentsTakeWhatTheyAreWorth)
     }
 }
 
-// Pictures with swept light: every kind of light, both filters, fibres, sums; no ray to a light but
-// from the border of what was marked. A pixel is a mean over the segments along its ray, whose
-// errors are neither independent nor equal: no limit on it follows from that of a query (14 %) but
-// that it is less. These limits were set after measuring; the tests above say that each part is
-// right.
+// Pictures with swept light, with every kind of light, both filters, fibres and sums. Rays to
+// lights start only at the border of what was marked.
+//
+// The limits follow from the statistics of AgreesWithRaysThroughNoise. Light of transmittance e^-D
+// has crossed n = D / m voxels of mean density m and variance v. Read between columns, it is off by
+// e^-D sqrt(v n k) and too dark by the part (1 - q) v n / 4. Fine light has k = 1 - 49/81 and
+// q = 49/81; rough light has k = 1.1 and q = 4/9. The trilinear filter reads between columns
+// itself, with q = 4/9: k is at most the sum of both q, and its light is darker than that of single
+// columns by the part (1 - 4/9) v n / 2. A pixel adds up the light of its segments, whose errors
+// are independent if their ways to the light have no voxel in common. Few have: a segment is about
+// a voxel long, and the next one that is not empty is about three voxels on.
 TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
 {
-    const VoxelTree tree(fibres(noise(40, 0.3, 0.3)));
+    const double fill = 0.3, densest = 0.3, m = fill * densest / 2,
+                 v = fill * densest * densest / 3 - m * m;
+    const double q_fine = 49.0 / 81, q_rough = 4.0 / 9, q_trilinear = 4.0 / 9;
+    const VoxelTree tree(fibres(noise(40, fill, densest)));
     Random random(7);
     std::vector<Light> lights{from({-0.6, -0.7, -0.4}), from({0, -1, 0}), from({-1, 0, 0})};
     lights[1].kind = LightKind::point;
@@ -439,12 +452,11 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
         Filter filter;
         Integration integration;
         Extinction extinction;
-        double limit;
     };
-    for (const Case& c : {Case{Filter::box, Integration::exact, Extinction::isotropic, 0.03},
-                          Case{Filter::box, Integration::exact, Extinction::fibre, 0.03},
-                          Case{Filter::trilinear, Integration::exact, Extinction::isotropic, 0.05},
-                          Case{Filter::box, Integration::riemann, Extinction::isotropic, 0.03}}) {
+    for (const Case& c : {Case{Filter::box, Integration::exact, Extinction::isotropic},
+                          Case{Filter::box, Integration::exact, Extinction::fibre},
+                          Case{Filter::trilinear, Integration::exact, Extinction::isotropic},
+                          Case{Filter::box, Integration::riemann, Extinction::isotropic}}) {
         RenderParams params;
         params.filter = c.filter;
         params.integration = c.integration;
@@ -457,7 +469,23 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
                                 c.extinction == Extinction::fibre);
         swept.useSweep(sweep);
         Integrator::Scratch a, b;
-        double mean = 0, square = 0, bias = 0;
+        double square = 0, bias = 0, expected_square = 0, darker = 0, brighter = 0;
+        const bool trilinear = c.filter == Filter::trilinear;
+        const RayObserver observer = [&](const SeenSegment& segment) {
+            for (const SeenLight& light : segment.lights) {
+                const double vn = v * -std::log(light.transmittance) / m, r = light.radiance[0];
+                const bool fine = c.integration == Integration::riemann
+                    || segment.weight * light.transmittance >= ShadowSweep::kFineWeight;
+                const double q = fine ? q_fine : q_rough,
+                             k = trilinear ? q + q_trilinear
+                    : fine                 ? 1 - q_fine
+                                           : 1.1;
+                expected_square += r * r * vn * k;
+                darker += r * (1 - q) * vn / 4;
+                brighter += trilinear ? r * (1 - q_trilinear) * vn / 2 : 0;
+            }
+        };
+        a.observer = &observer;
         const int count = 300;
         for (int i = 0; i < count; ++i) {
             const Vec3d target(random.uniform(-9, 31), random.uniform(0, 40),
@@ -465,13 +493,15 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
                 d = Vec3d(random.normal(), random.normal(), random.normal()).unit();
             const double x = exact.trace(target - 100.0 * d, d, a).radiance[0],
                          y = swept.trace(target - 100.0 * d, d, b).radiance[0];
-            mean += x / count;
-            bias += (y - x) / count;
-            square += (y - x) * (y - x) / count;
+            bias += y - x;
+            square += (y - x) * (y - x);
         }
-        EXPECT_LT(std::sqrt(square) / mean, c.limit)
-            << int(c.filter) << int(c.integration) << int(c.extinction);
-        EXPECT_NEAR(bias / mean, 0, 0.015);
+        SCOPED_TRACE(::testing::Message()
+                     << int(c.filter) << int(c.integration) << int(c.extinction));
+        EXPECT_LT(square, expected_square);
+        const double chance = 4 * std::sqrt(expected_square); // four standard errors of the sum
+        EXPECT_LT(bias, brighter + chance);
+        EXPECT_GT(bias, -darker - chance);
         EXPECT_LT(b.counts.shadow_rays, a.counts.shadow_rays / 20) << a.counts.shadow_rays;
     }
 }

@@ -1,5 +1,6 @@
-// The rays of ShadowSweep once more, in doubles and one by one, from what its headers say: of use
-// to its test alone.
+// SPDX-License-Identifier: Apache-2.0
+// The rays of ShadowSweep once more, in doubles and one by one, as its headers describe them; its
+// test alone uses this.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +13,12 @@
 
 namespace volcomp {
 
-/// What shadow_sweep.h and light_lattice.h say of a light's rays, in doubles and ray by ray: where
-/// they cross the planes, what is kept of them and what is read between them.
+/// A light's rays as shadow_sweep.h and light_lattice.h describe them: where they cross the planes,
+/// what is kept of them and what is read between them.
 class SweptRays {
 public:
-    /// Those of a sun, or the pyramid of a point light that holds the way L to it. Densities count
-    /// as under fibre extinction with `fibre`.
+    /// The rays of a directional light, or of the pyramid of a point light that holds the direction
+    /// L to it. If `fibre`, densities count as under fibre extinction.
     SweptRays(const VoxelTree& tree, const Light& light, const Vec3d& L, bool fibre)
         : m_tree(tree), m_fibre(fibre), m_fans(light.kind != LightKind::directional), m_L(L),
           m_light(tree.toCorner(light.position))
@@ -29,8 +30,9 @@ public:
         m_sign = L[m_a] < 0 ? 1 : -1;
         if (!m_fans) return;
         m_s0 = m_sign * m_light[m_a];
-        double farthest = m_s0 + 1; // plane behind the leaves that the pyramid reaches: there the
-                                    // rays are as far apart as they may be
+        // The plane behind the last leaf that the pyramid reaches. There the rays are as far apart
+        // as they may be.
+        double farthest = m_s0 + 1;
         tree.forEachCell([&](const openvdb::Coord& origin, int) {
             const double s = planeBefore(origin[m_a]), reach = s + 8 - m_s0;
             for (const int axis : {m_b, m_c})
@@ -41,16 +43,17 @@ public:
         });
         m_widening = ShadowSweep::kSpacing / (farthest - m_s0);
     }
-    /// s of the plane by which the light enters the leaf of a voxel.
+    /// s of the plane by which the light enters the leaf of a voxel, given along the light's axis.
     double planeBefore(int voxel) const { return m_sign > 0 ? voxel & ~7 : -((voxel & ~7) + 8.0); }
     double planeBefore(const int* cell) const { return planeBefore(cell[m_a]); }
-    /// Way from p to the plane at s, against the light.
+    /// Voxels from p to the plane at s, against the light.
     double way(const Vec3d& p, double s) const
     {
         return (m_sign * p[m_a] - s) / std::abs(m_L[m_a]);
     }
     bool startsBefore(double s) const { return !m_fans || s > m_s0 + 1e-3; }
-    /// 255 roots of the transmittance at p's place on the plane at s, between each `stride`th rays.
+    /// 255 times the root of the transmittance where the way from p to the light crosses the plane
+    /// at s, interpolated between every `stride`-th ray.
     double code(const Vec3d& p, double s, int stride) const
     {
         const Vec3d q = p + way(p, s) * m_L;
@@ -72,7 +75,7 @@ public:
 
 private:
     double zero(int axis) const { return m_fans ? m_light[axis] : 0; }
-    // From x to the light. A leaf's fibres are seen from its middle.
+    // The optical depth from x to the light. The light's direction at a leaf is that at its middle.
     double depth(const Vec3d& x) const
     {
         const double distance = m_fans ? (m_light - x).length() : MarchRay::kFar;

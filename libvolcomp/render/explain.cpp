@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volcomp/render/explain.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "volcomp/base/error.h"
+#include "volcomp/render/picture_tracer.h"
+
+namespace volcomp {
+namespace {
+
+bool shinesNowhere(const RenderParams& params, const std::vector<Light>& lights)
+{
+    return params.ambient == Vec3d(0.0)
+        && std::all_of(lights.begin(), lights.end(),
+                       [](const Light& l) { return l.strength == Vec3d(0.0); });
+}
+
+std::vector<ExplainedPart> partsOf(const SeenSegment& seen, const Vec3d& direction)
+{
+    const VoxelTree& tree = seen.scene.tree;
+    std::vector<ExplainedPart> parts;
+    for (const SeenVoxel& v : seen.shading.voxels) {
+        const std::size_t first = parts.size();
+        double total = 0;
+        tree.contents(v.leaf, v.voxel, [&](const VoxelContent& content) {
+            ExplainedPart part;
+            part.voxel = openvdb::Coord(v.cell[0], v.cell[1], v.cell[2]);
+            part.material = tree.parts()[content.part].material;
+            part.kind = tree.parts()[content.part].kind;
+            part.density = content.density;
+            part.share =
+                content.density * (seen.scene.fibre ? tree.fibreFactor(content, direction) : 1.0);
+            part.directed = content.directed;
+            part.direction = content.directed ? content.direction : Vec3d(0.0);
+            part.spread = content.directed ? spreadOf(content.spread_code) : 1;
+            part.colour = content.colour;
+            total += part.share;
+            parts.push_back(part);
+        });
+        for (std::size_t i = first; i < parts.size(); ++i)
+            parts[i].share = total > 0 ? v.share * parts[i].share / total : 0;
+    }
+    return parts;
+}
+
+ExplainedLight explained(const SeenSegment& seen, const SeenLight& light)
+{
+    const MarchScene& scene = seen.scene;
+    const Vec3d middle = 0.5 * (seen.segment.p_begin + seen.segment.p_end);
+    double weight = illuminate(scene.grid_lights[light.light], middle, 0.5).weight;
+    if (scene.lights[light.light].kind != LightKind::directional) // distances were in voxels
+        weight /= scene.tree.voxelSize() * scene.tree.voxelSize();
+    return {light.light, weight * scene.lights[light.light].strength, light.from_light,
+            light.transmittance, light.radiance};
+}
+
+ExplainedInterval explained(const SeenSegment& seen, const std::vector<VoxelLevel>& levels,
+                            const Vec3d& direction)
+{
+    ExplainedInterval interval;
+    while (levels[interval.level].tree.get() != &seen.scene.tree) ++interval.level;
+    interval.voxel_size = seen.scene.tree.voxelSize();
+    const int* cell = seen.segment.cell;
+    interval.voxel = openvdb::Coord(cell[0], cell[1], cell[2]);
+    interval.begin = seen.segment.t * interval.voxel_size;
+    interval.end = seen.segment.end * interval.voxel_size;
+    interval.depth = seen.segment.delta;
+    interval.transmittance = seen.transmittance;
+    // The sum (4) attenuates a sample by its own depth, too; the observer is told what is left.
+    if (seen.scene.params.integration == Integration::riemann)
+        interval.transmittance *= std::exp(seen.segment.delta);
+    interval.weight = seen.weight;
+    interval.parts = partsOf(seen, direction);
+    for (const SeenLight& light : seen.lights) interval.lights.push_back(explained(seen, light));
+    interval.ambient = seen.ambient;
+    return interval;
+}
+
+/// Where nothing shines, a render only sums the depth, and stops where that is dark at the end of a
+/// leaf instead of an interval. Drops the intervals behind the depth at which it stopped.
+void dropBehind(double transmittance, std::vector<ExplainedInterval>& intervals)
+{
+    double depth = 0;
+    const double end = -std::log(transmittance) * (1 - 1e-9);
+    for (std::size_t i = 0; i < intervals.size(); depth += intervals[i++].depth)
+        if (depth >= end) {
+            intervals.resize(i);
+            return;
+        }
+}
+
+void addSums(const RenderParams& params, std::size_t lights, RayExplanation& e)
+{
+    e.light_sums.assign(lights, Vec3d(0.0));
+    for (const ExplainedInterval& interval : e.intervals) {
+        for (const ExplainedLight& light : interval.lights) {
+            e.light_sums[light.light] += light.adds;
+            e.radiance += light.adds;
+        }
+        e.ambient += interval.ambient;
+    }
+    e.background = e.transmittance * params.background;
+    e.radiance += e.ambient + e.background;
+    e.alpha = params.background.lengthSqr() > 0 ? 1 : 1 - e.transmittance;
+}
+
+} // namespace
+
+void requirePixel(const RenderParams& params, int x, int y, const std::string& option)
+{
+    params.validate();
+    const Crop crop = pixelsOf(params);
+    if (x >= crop.x && y >= crop.y && x < crop.x + crop.width && y < crop.y + crop.height) return;
+    throw Error(fmt::format("{}: expected a pixel of the {}, X from {} to {} and Y from {} to {}, "
+                            "found {},{}",
+                            option, params.crop.width > 0 ? "picture's crop" : "picture", crop.x,
+                            crop.x + crop.width - 1, crop.y, crop.y + crop.height - 1, x, y));
+}
+
+RayExplanation explain(const std::vector<VoxelLevel>& levels,
+                       const std::vector<Material>& materials, const Camera& camera,
+                       const std::vector<Light>& lights, const RenderParams& params, int x, int y)
+{
+    requirePixel(params, x, y, "explain");
+    const PictureTracer tracer(levels, materials, camera, lights, params);
+    RayExplanation e;
+    e.x = x;
+    e.y = y;
+    const CameraRay ray = tracer.ray(x + 0.5, y + 0.5);
+    e.origin = ray.origin;
+    e.direction = ray.direction;
+    const RayObserver observer = [&](const SeenSegment& seen) {
+        e.intervals.push_back(explained(seen, levels, ray.direction));
+    };
+    Integrator::Scratch plain, observed;
+    observed.observer = &observer;
+    e.transmittance = tracer.trace(ray, plain).transmittance;
+    if (shinesNowhere(params, lights)) {
+        RenderParams endless = params;
+        endless.cutoff = 0;
+        endless.shadows = Shadows::none;
+        PictureTracer(levels, materials, camera, lights, endless).trace(ray, observed);
+        dropBehind(e.transmittance, e.intervals);
+    } else tracer.trace(ray, observed);
+    addSums(params, lights.size(), e);
+    return e;
+}
+
+} // namespace volcomp
