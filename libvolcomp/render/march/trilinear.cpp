@@ -61,12 +61,21 @@ double blockIntegralFast(const float* densities, const MarchRay& r, const CellWa
     alignas(32) constexpr double kSignY[4] = {-1, -1, 1, 1}, kRestY[4] = {1, 1, 0, 0},
                                  kSignZ[4] = {-1, 1, -1, 1}, kRestZ[4] = {1, 0, 1, 0};
     const Tag d;
-    const double o[3] = {r.o[0] - low[0], r.o[1] - low[1], r.o[2] - low[2]};
-    alignas(32) double sum[4] = {};
-    Lanes sums[kParts];
-    for (int part = 0; part < kParts; ++part) sums[part] = hn::Zero(d);
+    const double o[3] = {r.o[0] - low[0], r.o[1] - low[1], r.o[2] - low[2]}, t_end = r.t1;
+    const Lanes dx = hn::Set(d, r.d[0]);
+    Lanes sums[kParts], sign_y[kParts], sign_z[kParts], rest_y[kParts], rest_z[kParts], dy[kParts],
+        dz[kParts];
+    for (int part = 0; part < kParts; ++part) {
+        sums[part] = hn::Zero(d);
+        sign_y[part] = hn::Load(d, kSignY + part * kLanes);
+        sign_z[part] = hn::Load(d, kSignZ + part * kLanes);
+        rest_y[part] = hn::Load(d, kRestY + part * kLanes);
+        rest_z[part] = hn::Load(d, kRestZ + part * kLanes);
+        dy[part] = hn::Mul(sign_y[part], hn::Set(d, r.d[1]));
+        dz[part] = hn::Mul(sign_z[part], hn::Set(d, r.d[2]));
+    }
     FastWalk::forEachVoxel(r, start, [&](int cell, double t, double end) {
-        end = std::max(t, std::min(end, r.t1));
+        end = std::max(t, std::min(end, t_end));
         const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half;
         const Lanes t0 = hn::Set(d, middle - reach), t1 = hn::Set(d, middle + reach);
         const Lanes x = hn::Set(d, o[0] - (cell >> 6)), y = hn::Set(d, o[1] - (cell >> 3 & 7)),
@@ -74,21 +83,19 @@ double blockIntegralFast(const float* densities, const MarchRay& r, const CellWa
         const float* v = densities + gatheredOffset(cell);
         for (int part = 0; part < kParts; ++part) {
             const Lanes below = faceDensities(v, part),
-                        step = hn::Sub(faceDensities(v + gatheredCorner(4), part), below);
-            const Lanes sign_y = hn::Load(d, kSignY + part * kLanes),
-                        sign_z = hn::Load(d, kSignZ + part * kLanes),
-                        y0 = hn::Add(hn::Mul(sign_y, y), hn::Load(d, kRestY + part * kLanes)),
-                        z0 = hn::Add(hn::Mul(sign_z, z), hn::Load(d, kRestZ + part * kLanes));
-            const Lanes dx = hn::Set(d, r.d[0]), dy = hn::Mul(sign_y, hn::Set(d, r.d[1])),
-                        dz = hn::Mul(sign_z, hn::Set(d, r.d[2]));
+                        step = hn::Sub(faceDensities(v + gatheredCorner(4), part), below),
+                        y0 = hn::Add(hn::Mul(sign_y[part], y), rest_y[part]),
+                        z0 = hn::Add(hn::Mul(sign_z[part], z), rest_z[part]);
             const auto at = [&](Lanes s) {
-                const Lanes across = hn::Add(hn::Mul(dx, s), x), up = hn::Add(hn::Mul(dy, s), y0),
-                            along = hn::Add(hn::Mul(dz, s), z0);
+                const Lanes across = hn::Add(hn::Mul(dx, s), x),
+                            up = hn::Add(hn::Mul(dy[part], s), y0),
+                            along = hn::Add(hn::Mul(dz[part], s), z0);
                 return hn::Mul(hn::Add(hn::Mul(step, across), below), hn::Mul(up, along));
             };
             sums[part] = hn::Add(sums[part], hn::Mul(hn::Set(d, half), hn::Add(at(t0), at(t1))));
         }
     });
+    alignas(32) double sum[4];
     for (int part = 0; part < kParts; ++part) hn::Store(sums[part], d, sum + part * kLanes);
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
