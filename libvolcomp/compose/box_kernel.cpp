@@ -89,7 +89,7 @@ public:
                                    load(list.values[2] + first)};
             const Vec half[3] = {load(list.values[3] + first), load(list.values[4] + first),
                                  load(list.values[5] + first)};
-            auto outside = set(0) < set(0);
+            auto outside = hn::MaskFromVec(set(0)); // nothing
             for (int i = 0; i < 3; ++i) {
                 const Vec from_middle =
                     along(m_box, i, m_box.root[i] - kHalf, centre[0], centre[1], centre[2]);
@@ -155,7 +155,7 @@ private:
             const Vec x = load(m_box.place[0] + first), y = load(m_box.place[1] + first),
                       z = load(m_box.place[2] + first);
             Vec low[3];
-            auto outside = set(0) < set(0);
+            auto outside = hn::MaskFromVec(set(0)); // nothing
             for (int i = 0; i < 3; ++i) {
                 const float shift = middle[0] * m_box.axes[0][i] + middle[1] * m_box.axes[1][i]
                     + middle[2] * m_box.axes[2][i];

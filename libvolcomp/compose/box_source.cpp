@@ -130,6 +130,7 @@ std::vector<const Leaf*> leavesInMortonOrder(const openvdb::FloatTree& tree)
     std::stable_sort(keys.begin(), keys.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<const Leaf*> leaves;
+    leaves.reserve(keys.size());
     for (const auto& [key, leaf] : keys) leaves.push_back(leaf);
     return leaves;
 }

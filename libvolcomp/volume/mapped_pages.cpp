@@ -21,8 +21,8 @@ void forgetMappedPages(const std::filesystem::path& file)
             || line.compare(line.size() - name.size(), name.size(), name) != 0)
             continue;
         if (std::sscanf(line.c_str(), "%lx-%lx r--s", &from, &to) == 2)
-            madvise(reinterpret_cast<void*>(from), to - from,
-                    MADV_DONTNEED); // NOLINT(performance-no-int-to-ptr): an address as text
+            // The address was text. NOLINTNEXTLINE(performance-no-int-to-ptr)
+            madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
     }
 }
 
