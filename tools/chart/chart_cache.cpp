@@ -113,7 +113,7 @@ json ChartCache::composed(double voxel)
 
 fs::path ChartCache::boxes()
 {
-    const fs::path directory = place("boxes", {m_scene_key, m_program_key[0]}, "");
+    fs::path directory = place("boxes", {m_scene_key, m_program_key[0]}, "");
     if (fs::exists(directory / "done")) return directory;
     m_tool.stage("bake", [&](const Progress&) {
         runOwn({"volcomp-bake", m_scene.file.string(), "-o", directory.string()});
