@@ -3,13 +3,13 @@
 // ours holding.
 #include <atomic>
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/render/march/integrator.h"
 #include "volcomp/render/march/dual_march.h"
 #include "volcomp/render/march/integration.h"
@@ -21,8 +21,6 @@
 using namespace volcomp;
 
 namespace {
-
-constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 /// A cube of one density, corner coordinates.
 struct Cube {
@@ -177,7 +175,7 @@ TEST(Stability, AMillionRaysMissNoVoxelAndMeetNoneTwice)
                     Vec3d o, d;
                     makeRay(std::uint64_t(i), origin.asVec3d(), o, d);
                     std::fill(length.begin(), length.end(), 0.0);
-                    const MarchRay r(tree, o, d, kEndless);
+                    const MarchRay r(tree, o, d, kInfinity);
                     forEachLeaf(tree, r, [&](const LeafSpan& span) {
                         forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
                             if (!(tree.densities(span.leaf)[voxel] > 0)
@@ -232,10 +230,10 @@ TEST(Stability, FarFromTheOriginThePositionInsideAVoxelIsKept)
                     offset(random.uniform(), random.uniform(), random.uniform());
         const double expected = Cube{Vec3d(0.0), 1, 1}.length(offset - 30.0 * d, d);
         const Vec3d o = at.asVec3d() + offset - 30.0 * d;
-        worst =
-            std::max(worst,
-                     std::abs(lineIntegral<false>(tree, MarchRay(tree, o, d, kEndless), d, kEndless)
-                              - expected));
+        worst = std::max(
+            worst,
+            std::abs(lineIntegral<false>(tree, MarchRay(tree, o, d, kInfinity), d, kInfinity)
+                     - expected));
         const Vec3d rounded = Vec3d(float(o[0]), float(o[1]), float(o[2]));
         worst_float =
             std::max(worst_float, std::abs(Cube{at.asVec3d(), 1, 1}.length(rounded, d) - expected));
@@ -278,7 +276,8 @@ TEST(Stability, DirectionsAlmostAlongAFaceAreAlongIt)
             Vec3d almost = d;
             for (int a = 0; a < 3; ++a)
                 if (d[a] == 0) almost[a] = off;
-            return lineIntegral<false>(tree, MarchRay(tree, o, almost, kEndless), almost, kEndless);
+            return lineIntegral<false>(tree, MarchRay(tree, o, almost, kInfinity), almost,
+                                       kInfinity);
         };
         for (const double off : {-0.0, 1e-19, -1e-19, 5e-324, -5e-324, -1e-310})
             ASSERT_EQ(depth(off), depth(0)) << o << d << off;
@@ -312,12 +311,12 @@ TEST(Stability, TilesOfEveryLevelBesideLeaves)
         if (i % 7 == 0) d[i % 3] = 0;
         d.normalize();
         const double way = 5000 * random.uniform(),
-                     end = i % 2 ? kEndless : way; // half of them end in the cube
+                     end = i % 2 ? kInfinity : way; // half of them end in the cube
         const Vec3d o = target - way * d;
         double expected = 0;
         for (const Cube& c : cubes) expected += double(c.density) * c.length(o, d, end);
-        ASSERT_NEAR(lineIntegral<false>(packed, MarchRay(packed, o, d, end), d, kEndless), expected,
-                    1e-8 * (1 + expected))
+        ASSERT_NEAR(lineIntegral<false>(packed, MarchRay(packed, o, d, end), d, kInfinity),
+                    expected, 1e-8 * (1 + expected))
             << o << " " << d;
         met += expected > 0;
     }
@@ -347,10 +346,10 @@ TEST(Stability, EveryInstructionSetFindsTheSame)
             for (int i = 0; i < 4000; ++i) {
                 Vec3d o, d;
                 makeRay(std::uint64_t(i), Vec3d(0.0), o, d);
-                const MarchRay r = march.dual ? MarchRay(*march.dual, o - Vec3d(0.5), d, kEndless)
-                                              : MarchRay(tree, o, d, kEndless);
-                const double plain = march.dual ? lineIntegral(*march.dual, r, kEndless)
-                                                : lineIntegral<false>(tree, r, d, kEndless);
+                const MarchRay r = march.dual ? MarchRay(*march.dual, o - Vec3d(0.5), d, kInfinity)
+                                              : MarchRay(tree, o, d, kInfinity);
+                const double plain = march.dual ? lineIntegral(*march.dual, r, kInfinity)
+                                                : lineIntegral<false>(tree, r, d, kInfinity);
                 ASSERT_EQ(depthAlong(march, r, d), march.extinction * plain) << o << d;
                 met += plain > 0;
                 Integrator::Scratch scratch;
@@ -381,15 +380,15 @@ TEST(Stability, TransformsAreHandledOrRefused)
         Vec3d o, d;
         makeRay(std::uint64_t(i), Vec3d(0.0), o, d);
         const double expected =
-            lineIntegral<false>(plain, MarchRay(plain, o, d, kEndless), d, kEndless);
+            lineIntegral<false>(plain, MarchRay(plain, o, d, kInfinity), d, kInfinity);
         const openvdb::math::Transform& t = scene.volume.parts[0].density->transform();
         const Vec3d o_world = t.indexToWorld(o - Vec3d(0.5)),
                     d_world = (t.indexToWorld(o + d - Vec3d(0.5)) - o_world).unit();
         if (i % 8 != 0 && i % 8 != 7) continue; // in faces, where rounding decides
         EXPECT_NEAR(lineIntegral<false>(turned,
                                         MarchRay(turned, turned.toCorner(o_world),
-                                                 turned.directionToCorner(d_world), kEndless),
-                                        d_world, kEndless),
+                                                 turned.directionToCorner(d_world), kInfinity),
+                                        d_world, kInfinity),
                     expected, 1e-9);
     }
     // The same world, turned and a quarter as wide: with four times the density, and lamps of a

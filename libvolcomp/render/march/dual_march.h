@@ -9,20 +9,21 @@
 
 namespace volcomp {
 
-constexpr double kGaussPoint = 0.57735026918962576451; ///< of two, on [-1, 1]
+constexpr double kGaussPoint = 0.57735026918962576451; ///< the points are + and - this, on [-1, 1]
 
-/// Of a cell (an offset as VoxelTree::offset()), in the densities that were gathered for its block.
+/// Returns the place of a cell's lowest corner among the densities that were gathered for its
+/// block. `cell` is the cell's offset in the block, as VoxelTree::offset().
 inline int gatheredOffset(int cell)
 {
     return ((cell >> 6) * DualTree::kDim + (cell >> 3 & 7)) * DualTree::kDim + (cell & 7);
 }
-/// From a cell to its corner 4 x + 2 y + z.
+/// Returns the distance from a cell's lowest corner to corner 4 x + 2 y + z in these densities.
 inline int gatheredCorner(int number)
 {
     return ((number >> 2) * DualTree::kDim + (number >> 1 & 1)) * DualTree::kDim + (number & 1);
 }
 
-/// The voxel whose centre is corner 4 x + 2 y + z of a cell.
+/// Finds the voxel whose centre is corner 4 x + 2 y + z of a cell.
 inline void cornerVoxel(const int* cell, int corner, int* voxel)
 {
     voxel[0] = cell[0] + (corner >> 2);
@@ -30,8 +31,8 @@ inline void cornerVoxel(const int* cell, int corner, int* voxel)
     voxel[2] = cell[2] + (corner & 1);
 }
 
-/// The integrals over t from t0 to t1 of the eight trilinear weights along the ray o + t d, from
-/// the cell's lowest corner.
+/// Finds the integrals of a cell's eight trilinear weights along the ray o + t d, over t from t0 to
+/// t1. `cell` is the cell's lowest corner.
 inline void cornerWeights(const double* o, const double* d, const int* cell, double t0, double t1,
                           double* weights)
 {
@@ -45,8 +46,8 @@ inline void cornerWeights(const double* o, const double* d, const int* cell, dou
     }
 }
 
-/// The density's integral over the ray's way through a block of cells whose lowest is `low`, in
-/// density x voxels; `densities` are those gathered for the block.
+/// Returns the density's integral over the ray's way through a block of cells whose lowest is
+/// `low`, in density x voxels; `densities` are those gathered for the block.
 ///
 /// The four corners (y,z) = 00, 01, 10, 11 of a cell's faces across x are summed apart: between the
 /// two faces the densities are interpolated, and a corner's weight is the product of a linear
@@ -59,14 +60,14 @@ inline double blockIntegral(const float* densities, const MarchRay& r, const Cel
     forEachVoxel(r, start, [&](int cell, double t, double end) {
         end = std::max(t, std::min(end, r.t1));
         const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half;
-        const double x = o[0] - (cell >> 6), y = o[1] - (cell >> 3 & 7), z = o[2] - (cell & 7);
+        const double x = o[0] - (cell >> 6), y = cell >> 3 & 7, z = cell & 7;
         const float* v = densities + gatheredOffset(cell);
         for (int k = 0; k < 4; ++k) {
             const double below = v[gatheredCorner(k)], step = v[gatheredCorner(4 + k)] - below;
             const double sign_y = k & 2 ? 1 : -1, rest_y = k & 2 ? 0 : 1;
             const double sign_z = k & 1 ? 1 : -1, rest_z = k & 1 ? 0 : 1;
-            const double y0 = sign_y * y + rest_y, dy = sign_y * r.d[1];
-            const double z0 = sign_z * z + rest_z, dz = sign_z * r.d[2];
+            const double y0 = (sign_y * o[1] + rest_y) - sign_y * y, dy = sign_y * r.d[1];
+            const double z0 = (sign_z * o[2] + rest_z) - sign_z * z, dz = sign_z * r.d[2];
             const auto at = [&](double s) {
                 return (step * (r.d[0] * s + x) + below) * ((dy * s + y0) * (dz * s + z0));
             };
@@ -76,8 +77,8 @@ inline double blockIntegral(const float* densities, const MarchRay& r, const Cel
     return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
-/// The density's integral along the ray (in the dual tree's coordinates). Stops, with what it has,
-/// where it exceeds `stop`.
+/// Returns the density's integral along the ray (in the dual tree's coordinates), in density x
+/// voxels. As soon as the integral exceeds `stop`, returns what it has.
 inline double lineIntegral(const DualTree& dual, const MarchRay& r, double stop)
 {
     DualTree::Gathered& gathered = dual.gathered();

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "volcomp/base/interval.h"
 #include "volcomp/render/march/integration.h"
 
 namespace volcomp {
@@ -14,7 +14,7 @@ RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch
     RaySample sample;
     ++scratch.counts.rays;
     if (m_scene.params.aovs) scratch.light_radiance.assign(m_scene.lights.size(), Vec3d(0.0));
-    traceFurther(sample, origin, direction, 0, std::numeric_limits<double>::infinity(), scratch);
+    traceFurther(sample, origin, direction, 0, kInfinity, scratch);
     return sample;
 }
 

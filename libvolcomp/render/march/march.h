@@ -2,12 +2,12 @@
 // Rays through a VoxelTree (or DualTree): each voxel with particles once, in order, with the exact
 // length inside.
 //
-// Nested DDA over blocks, leaves and voxels (after Amanatides and Woo, A Fast Voxel Traversal
-// Algorithm, 1987). The lower levels start again from the ray's equation at every node, so errors
-// do not add up; inside a leaf the walk has no branches. Positions are the tree's corner
-// coordinates, moved to where the ray enters the volume: a camera far away loses no digits.
-// Axis-parallel directions and -0 need no care of the caller. A ray exactly in a face belongs to
-// the voxel above it.
+// Three nested walks, over nodes, leaves and voxels (after Amanatides and Woo, A Fast Voxel
+// Traversal Algorithm, 1987). The inner ones start anew from the ray's equation in every node and
+// leaf, so rounding errors do not add up. Lengths and positions are in voxels, in the tree's corner
+// coordinates, in double precision: a million voxels from the origin a position is still known to
+// 1e-10. The caller may pass directions along axes and -0. A ray exactly in a face belongs to the
+// voxel above the face.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace volcomp {
 
-/// std::floor() without a call; x within the range of int.
+/// Returns std::floor(x) as an int, without a call of the C library. x must fit into an int.
 inline int floorToInt(double x)
 {
     const int truncated = int(x);
@@ -38,11 +38,11 @@ struct LeafPlace {
     static constexpr unsigned kLeft = 8 * (kFace[0] + kFace[1] + kFace[2]);
 };
 
-/// A ray, and what its way through cells of any size needs to know of it.
+/// A ray, and what is worked out once of it for its way through cells of any size.
 class MarchRay {
 public:
-    /// From `origin` along `direction` (unit length), corner coordinates, for t in [start, length];
-    /// `length` may be infinite.
+    /// The ray from `origin` along `direction` (unit length), in the tree's coordinates, for t in
+    /// [start, length]; `length` may be infinite. It is clipped to the tree's bounds.
     template <class Tree>
     MarchRay(const Tree& tree, const Vec3d& origin, const Vec3d& direction, double length,
              double start = 0)
@@ -68,8 +68,8 @@ public:
                     step[set] += LeafPlace::kFace[a] + unsigned(sign[a] * LeafPlace::kStride[a]);
     }
 
-    /// The same direction from elsewhere, for rays whose origin lies in the volume and that end in
-    /// it.
+    /// Returns the ray with the same direction from another origin, for t in [0, length], without
+    /// clipping it: the whole of it must lie in the tree's bounds.
     MarchRay from(const Vec3d& origin, double length) const
     {
         MarchRay r = *this;
@@ -82,19 +82,25 @@ public:
     /// The point at t.
     Vec3d at(double t) const { return {o[0] + d[0] * t, o[1] + d[1] * t, o[2] + d[2] * t}; }
 
+    /// Stands for infinity, so that 0 times it is 0: the inverse of a direction of 0, and a length
+    /// without end.
     static constexpr double kFar = 1e30;
-    double o[3], d[3], inverse[3], t0, t1;
-    int sign[3], upper[3]; ///< upper: 1 where the ray leaves a cell through its upper face
+    double o[3], d[3], inverse[3]; ///< origin, direction, 1 / direction
+    double t0, t1;                 ///< where the ray enters the tree's bounds and leaves them
+    int sign[3];                   ///< of the direction: 1 or -1
+    int upper[3];                  ///< 1 if the ray leaves a cell through its upper face, or 0
     unsigned step[8] = {}; ///< what a LeafPlace gains when the ray crosses the faces of these axes
                            ///< (bit a: axis a)
-    bool hits;
+    bool hits;             ///< the ray meets the tree's bounds
 };
 
-/// Steps from cell to cell of kDim voxels.
+/// Steps from cell to cell along a ray. A cell is a cube of kDim^3 voxels (a power of 2).
 template <int kDim>
 struct CellWalk {
-    double t, next[3], delta[3];
-    int cell[3];
+    double t;        ///< where the ray enters the cell
+    double next[3];  ///< where it crosses the next face of each axis
+    double delta[3]; ///< from one face of each axis to the next
+    int cell[3];     ///< lowest voxel of the cell
 
     explicit CellWalk(const MarchRay& r)
     {
@@ -105,13 +111,13 @@ struct CellWalk {
         t = t_start;
         for (int a = 0; a < 3; ++a) place(r, a, floorToInt(r.o[a] + r.d[a] * t));
     }
-    /// At t = 0, in the cell that holds a voxel.
+    /// Starts at t = 0, in the cell that holds a voxel.
     void startAt(const MarchRay& r, const int* voxel)
     {
         t = 0;
         for (int a = 0; a < 3; ++a) place(r, a, voxel[a]);
     }
-    /// At t, kept inside the parent's cell whatever rounding says.
+    /// Starts where the parent is, inside the parent's cell even if rounding says otherwise.
     template <int kParent>
     void startInside(const MarchRay& r, const CellWalk<kParent>& parent)
     {
@@ -145,12 +151,12 @@ private:
     }
 };
 
-/// A leaf on the ray: where, from t to t_end.
+/// A leaf on the ray. The ray is in it from t to t_end.
 struct LeafSpan {
     int leaf;
-    const int* cell; ///< lowest voxel
+    const int* cell; ///< lowest voxel of the leaf
     double t, t_end;
-    const CellWalk<1>* start;
+    const CellWalk<1>* start; ///< the walk at the first voxel
 };
 
 /// Calls f(const LeafSpan&) -> bool for the leaves along the ray in order, until it returns false.
@@ -174,7 +180,7 @@ void forEachLeaf(const Tree& tree, const MarchRay& r, F&& f)
     }
 }
 
-/// Where a walk through a leaf begins.
+/// Returns the place of a walk's first voxel in its leaf.
 inline unsigned leafPlace(const MarchRay& r, const CellWalk<1>& start)
 {
     unsigned place = LeafPlace::kBorrow;
@@ -233,7 +239,9 @@ struct LeafWay {
     }
 };
 
-/// The density's integral over the ray's way through one leaf; `clip` if the ray may end in it.
+/// Returns the density's integral over the ray's way through one leaf, in density x voxels. `clip`
+/// says that the ray may end in the leaf; `d_world` is as in lineIntegral(). `Walk` steps through
+/// the voxels: PlainWalk or a FastWalk.
 template <bool kFibre, class Walk = PlainWalk>
 double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start,
                     double t_end, bool clip, const Vec3d& d_world)
@@ -261,8 +269,9 @@ double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const Ce
     return part;
 }
 
-/// The density's integral along the ray, box filter, in density x voxels; `d_world` is the ray's
-/// direction for fibre extinction. Stops (with what it has) where the integral exceeds `stop`.
+/// Returns the density's integral along the ray, with the box filter, in density x voxels. With
+/// kFibre densities are multiplied by VoxelTree::fibreFactor() for `d_world`, the ray's direction
+/// in world axes. As soon as the integral exceeds `stop`, returns what it has.
 template <bool kFibre, class Walk = PlainWalk>
 double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_world, double stop)
 {
@@ -275,8 +284,8 @@ double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_wor
     return sum;
 }
 
-/// The same for a ray that begins in voxel `cell` or on its faces, crosses a few leaves at most and
-/// has been given its origin and length only.
+/// Returns the same, to the ray's end, for a ray that MarchRay::from() made, begins in voxel `cell`
+/// or on its faces, and crosses a few leaves at most.
 template <bool kFibre, class Walk = PlainWalk>
 double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell,
                      const Vec3d& d_world)

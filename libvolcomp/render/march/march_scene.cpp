@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "volcomp/base/interval.h"
 
 namespace volcomp {
 
@@ -13,8 +14,7 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
       grid_lights(the_lights),
       fibre(params.extinction == Extinction::fibre && tree.hasDirectedFibres()),
       extinction(params.tau * tree.voxelSize()),
-      stop(params.cutoff > 0 && extinction > 0 ? -std::log(params.cutoff) / extinction
-                                               : std::numeric_limits<double>::infinity())
+      stop(params.cutoff > 0 && extinction > 0 ? -std::log(params.cutoff) / extinction : kInfinity)
 {
     for (const Material& m : materials)
         for (int code = 0; code < 64; ++code)

@@ -2,8 +2,8 @@
 #include "volcomp/render/march/segment.h"
 
 #include <cmath>
-#include <limits>
 
+#include "volcomp/base/interval.h"
 #include "volcomp/render/march/integration.h"
 
 namespace volcomp {
@@ -16,8 +16,7 @@ struct WayToLight {
 
 WayToLight wayToLight(const Light& light, const Vec3d& p)
 {
-    if (light.kind == LightKind::directional)
-        return {-light.direction, std::numeric_limits<double>::infinity()};
+    if (light.kind == LightKind::directional) return {-light.direction, kInfinity};
     const Vec3d L = light.position - p;
     const double length = L.length();
     return {length > 0 ? L / length : L, length};
@@ -74,7 +73,7 @@ double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& 
 void RayScratch::startRay(std::size_t light_count)
 {
     lights.assign(light_count, {});
-    last_end = -std::numeric_limits<double>::infinity();
+    last_end = -kInfinity;
     shading.keep_voxels = observer != nullptr;
 }
 

@@ -42,57 +42,71 @@ using Lanes = hn::Vec<Tag>;
 HWY_INLINE Lanes faceDensities(const float* face, int part)
 {
     const auto two = [&](int y) {
-        return hn::PromoteTo(hn::FixedTag<double, 2>(),
-                             hn::LoadU(hn::FixedTag<float, 2>(), face + y * gatheredCorner(2)));
+        return hn::LoadU(hn::FixedTag<float, 2>(), face + y * gatheredCorner(2));
     };
 #if HWY_MAX_BYTES >= 32
     (void)part;
-    return hn::Combine(Tag(), two(1), two(0));
+    return hn::PromoteTo(Tag(), hn::Combine(hn::FixedTag<float, 4>(), two(1), two(0)));
 #else
-    return two(part);
+    return hn::PromoteTo(Tag(), two(part));
 #endif
 }
+
+// A corner's weight is the product of a linear function of y and one of z: 1 - y at a lower corner,
+// y at an upper one. The functions have these signs and constants, and a cell's coordinates (0 to 7
+// in its block) take kCellOffsets from them.
+struct CellOffsets {
+    alignas(32) double y[kLeafDim][4] = {}, z[kLeafDim][4] = {};
+    constexpr CellOffsets()
+    {
+        for (int c = 0; c < kLeafDim; ++c)
+            for (int k = 0; k < 4; ++k) {
+                y[c][k] = k & 2 ? c : -c;
+                z[c][k] = k & 1 ? c : -c;
+            }
+    }
+};
+constexpr CellOffsets kCellOffsets;
+alignas(32) constexpr double kSignY[4] = {-1, -1, 1, 1}, kRestY[4] = {1, 1, 0, 0},
+                             kSignZ[4] = {-1, 1, -1, 1}, kRestZ[4] = {1, 0, 1, 0};
 
 double blockIntegralFast(const float* densities, const MarchRay& r, const CellWalk<1>& start,
                          const int* low)
 {
-    // A corner's weight is the product of a linear function of each coordinate: of 1 - y at the
-    // lower corners, of y at the upper ones.
-    alignas(32) constexpr double kSignY[4] = {-1, -1, 1, 1}, kRestY[4] = {1, 1, 0, 0},
-                                 kSignZ[4] = {-1, 1, -1, 1}, kRestZ[4] = {1, 0, 1, 0};
     const Tag d;
-    const double o[3] = {r.o[0] - low[0], r.o[1] - low[1], r.o[2] - low[2]}, t_end = r.t1;
-    const Lanes dx = hn::Set(d, r.d[0]);
-    Lanes sums[kParts], sign_y[kParts], sign_z[kParts], rest_y[kParts], rest_z[kParts], dy[kParts],
-        dz[kParts];
+    const double o[3] = {r.o[0] - low[0], r.o[1] - low[1], r.o[2] - low[2]}, dx = r.d[0],
+                 t_end = r.t1;
+    Lanes sums[kParts], oy[kParts], oz[kParts], dy[kParts], dz[kParts];
     for (int part = 0; part < kParts; ++part) {
+        const Lanes sign_y = hn::Load(d, kSignY + part * kLanes),
+                    sign_z = hn::Load(d, kSignZ + part * kLanes);
         sums[part] = hn::Zero(d);
-        sign_y[part] = hn::Load(d, kSignY + part * kLanes);
-        sign_z[part] = hn::Load(d, kSignZ + part * kLanes);
-        rest_y[part] = hn::Load(d, kRestY + part * kLanes);
-        rest_z[part] = hn::Load(d, kRestZ + part * kLanes);
-        dy[part] = hn::Mul(sign_y[part], hn::Set(d, r.d[1]));
-        dz[part] = hn::Mul(sign_z[part], hn::Set(d, r.d[2]));
+        oy[part] = hn::Add(hn::Mul(sign_y, hn::Set(d, o[1])), hn::Load(d, kRestY + part * kLanes));
+        oz[part] = hn::Add(hn::Mul(sign_z, hn::Set(d, o[2])), hn::Load(d, kRestZ + part * kLanes));
+        dy[part] = hn::Mul(sign_y, hn::Set(d, r.d[1]));
+        dz[part] = hn::Mul(sign_z, hn::Set(d, r.d[2]));
     }
     FastWalk::forEachVoxel(r, start, [&](int cell, double t, double end) {
         end = std::max(t, std::min(end, t_end));
-        const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half;
-        const Lanes t0 = hn::Set(d, middle - reach), t1 = hn::Set(d, middle + reach);
-        const Lanes x = hn::Set(d, o[0] - (cell >> 6)), y = hn::Set(d, o[1] - (cell >> 3 & 7)),
-                    z = hn::Set(d, o[2] - (cell & 7));
+        const double middle = 0.5 * (t + end), half = 0.5 * (end - t), reach = kGaussPoint * half,
+                     x = o[0] - (cell >> 6);
         const float* v = densities + gatheredOffset(cell);
         for (int part = 0; part < kParts; ++part) {
             const Lanes below = faceDensities(v, part),
-                        step = hn::Sub(faceDensities(v + gatheredCorner(4), part), below),
-                        y0 = hn::Add(hn::Mul(sign_y[part], y), rest_y[part]),
-                        z0 = hn::Add(hn::Mul(sign_z[part], z), rest_z[part]);
-            const auto at = [&](Lanes s) {
-                const Lanes across = hn::Add(hn::Mul(dx, s), x),
-                            up = hn::Add(hn::Mul(dy[part], s), y0),
-                            along = hn::Add(hn::Mul(dz[part], s), z0);
-                return hn::Mul(hn::Add(hn::Mul(step, across), below), hn::Mul(up, along));
+                        step = hn::Sub(faceDensities(v + gatheredCorner(4), part), below);
+            const Lanes y0 = hn::Sub(oy[part],
+                                     hn::Load(d, kCellOffsets.y[cell >> 3 & 7] + part * kLanes)),
+                        z0 = hn::Sub(oz[part],
+                                     hn::Load(d, kCellOffsets.z[cell & 7] + part * kLanes));
+            const auto at = [&](double s) {
+                const Lanes along = hn::Set(d, s);
+                return hn::Mul(hn::Add(hn::Mul(step, hn::Set(d, dx * s + x)), below),
+                               hn::Mul(hn::Add(hn::Mul(dy[part], along), y0),
+                                       hn::Add(hn::Mul(dz[part], along), z0)));
             };
-            sums[part] = hn::Add(sums[part], hn::Mul(hn::Set(d, half), hn::Add(at(t0), at(t1))));
+            sums[part] =
+                hn::Add(sums[part],
+                        hn::Mul(hn::Set(d, half), hn::Add(at(middle - reach), at(middle + reach))));
         }
     });
     alignas(32) double sum[4];
