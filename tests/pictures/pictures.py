@@ -132,10 +132,13 @@ def run(*command):
 
 
 def read(file):
-    image = oiio.ImageBuf(file)
-    if image.has_error:
-        raise SystemExit(f"{file}: expected a picture, found: {image.geterror()}")
-    return image.get_pixels(oiio.FLOAT).astype(float)
+    # Not an ImageBuf, whose cache may return what the file held before it was written anew.
+    image = oiio.ImageInput.open(file)
+    if not image:
+        raise SystemExit(f"{file}: expected a picture, found: {oiio.geterror()}")
+    pixels = image.read_image(oiio.FLOAT)
+    image.close()
+    return pixels.astype(float)
 
 
 def write(file, pixels, kind=None):
