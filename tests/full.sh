@@ -30,8 +30,6 @@ report_coverage() {
 }
 
 step "dev: build" build dev
-step "native: build" build native
-step "native: quick tests" run_tests native -L quick
 step "clang: build" build clang
 step "clang: quick tests" run_tests clang -L quick
 step "asan: build" build asan
