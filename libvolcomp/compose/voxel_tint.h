@@ -11,7 +11,7 @@ namespace volcomp {
 /// The colour is looked up at the (u,v) of the voxel's own place. This is the surface's projection
 /// of that place. If the surface has texture coordinates instead of a projection, it is those of
 /// the point of the surface nearest to the voxel, which a walk from where the box stands finds. The
-/// pointers must outlive it.
+/// pointers must outlive the look-ups.
 struct VoxelTint {
     const Surface* surface = nullptr;
     const SecondDensity* colour = nullptr;
@@ -22,14 +22,13 @@ struct VoxelTint {
 /// so close voxels should follow each other. Not for several threads at once.
 class TintWalk {
 public:
-    /// The tint must outlive this.
     explicit TintWalk(const VoxelTint& tint);
 
     /// Returns the colour (linear) at a place in the world.
     Vec3f at(const Vec3d& world);
 
 private:
-    const VoxelTint& m_tint;
+    VoxelTint m_tint;
     bool m_by_mesh;          ///< texture coordinates, not a projection
     std::int32_t m_triangle; ///< where the next walk starts; -1: unknown
 };
