@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Bakes, composes and renders one scene: scenes/run.sh NAME [SIZE]
-# makes out/NAME/NAME.exr and .png from scenes/NAME.toml; NAME may be in a folder (tutorial/2_comb). Installs and builds what is missing first.
-# SIZE (WIDTHxHEIGHT) overrides the scene's picture size.
+# makes out/NAME/NAME.exr and .png from scenes/NAME.toml; if NAME is in a folder (tutorial/2_comb),
+# the picture has its last part (out/tutorial/2_comb/2_comb.exr). Installs and builds what is missing
+# first. SIZE (WIDTHxHEIGHT) overrides the scene's picture size.
 set -euo pipefail
 scenes=$(cd "$(dirname "$0")" && pwd)
 

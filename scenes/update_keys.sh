@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Puts the parser's list of keys into scenes/README.md; tests/scene_test.cpp checks that it stands there.
+# Puts the parser's list of keys into scenes/README.md; tests/scene/scene_test.cpp checks that it
+# stands there.
 set -euo pipefail
 cd "$(dirname "$0")"
 keys=$(mktemp)
