@@ -34,8 +34,6 @@ step "clang: build" build clang
 step "clang: quick tests" run_tests clang -L quick
 step "asan: build" build asan
 step "asan: slow tests" run_tests asan -L slow
-step "tsan: build" build tsan threaded_tests
-step "tsan: threaded slow tests" run_tests_with_tsan -L threads -L slow
 step "shared library: build" build shared
 step "shared library: tests" run_tests shared -R '^(install|volume|view)\.'
 step "pages of the library" make_pages
