@@ -48,11 +48,12 @@ run_tests() {
     return $result
 }
 
-# The tests of a ThreadSanitizer build, with a TBB that is instrumented too.
+# The tests of a ThreadSanitizer build, with a TBB that is instrumented too. volcomp-chart starts
+# vdb_render, which cannot load that TBB.
 run_tests_with_tsan() {
     local tbb
     tbb=$(tests/tbb_for_tsan.sh)
-    LD_LIBRARY_PATH=$tbb/lib run_tests tsan "$@"
+    LD_LIBRARY_PATH=$tbb/lib run_tests tsan -E "^tools\.chart_program" "$@"
 }
 
 # Prints the table of the steps and the closing line, and exits with 1 if anything failed.
