@@ -16,18 +16,19 @@ namespace volcomp {
 /// Grows and bakes variant `variant` (0 ... rule.variants - 1). The box has one part for each
 /// material that something grew of, and one without voxels if nothing grew. It is as large as what
 /// grows: nothing is cut off. The same for any number of threads and on every machine. OpenVDB must
-/// have been started (openvdb::initialize). Throws Error if the rule is out of range, names an
-/// unknown material or would exceed its number of segments.
+/// have been started (openvdb::initialize). Throws Error if the rule or the variant is out of
+/// range, or the rule names an unknown material or would exceed its number of segments.
 Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int variant,
          const Progress& progress = {});
 
 /// Returns the edge of a voxel in metres for a rule that gives none: half the width of the thin
 /// pieces (the lower quartile by length), or 1/256 of the longest side of what grows, whichever is
-/// larger. Finer voxels would show what no picture of the whole box shows.
+/// larger. Finer voxels would show what no picture of the whole box shows. Returns 0.01 if nothing
+/// grows.
 double voxelFor(const Skeleton& skeleton);
 
-/// Returns the metadata of a box's file: its name, variant (from 1), seed, and the rule as the
-/// scene has it.
+/// Returns the metadata of a box's file: its name, variant, seed, and the rule as the scene has it.
+/// `variant` counts from 0, as in bake(), and the file from 1.
 openvdb::MetaMap boxMetadata(const GrowthRule& rule, int variant);
 
 } // namespace volcomp

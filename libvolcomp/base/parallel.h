@@ -6,8 +6,9 @@
 
 namespace volcomp {
 
-/// While an object lives, at most `threads` threads of this process work at a time. With 0 there is
-/// no limit beside TBB's own: one thread for each core.
+/// While an object lives, at most `threads` threads of this process work at a time. With 0 or less
+/// it sets no limit, and TBB's own holds: one thread for each core. Of several objects the lowest
+/// limit holds. It can be neither copied nor moved.
 class ThreadLimit {
 public:
     explicit ThreadLimit(int threads);

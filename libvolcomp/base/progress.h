@@ -19,8 +19,9 @@ inline void report(const Progress& progress, double fraction)
     if (progress) progress(fraction);
 }
 
-/// Counts work that several threads finish and reports the fraction of the total. A thread that
-/// finds another one reporting does not wait. Keeps a reference to the progress function.
+/// Counts work that several threads finish and reports the fraction of the total, which is above 0.
+/// A thread that finds another one reporting does not wait, so the last fraction that is reported
+/// may be below 1. Keeps a reference to the progress function, which must outlive it.
 class SharedProgress {
 public:
     SharedProgress(const Progress& progress, std::size_t total)

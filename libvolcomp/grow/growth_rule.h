@@ -94,8 +94,8 @@ struct GrowthRule {
     std::string material; ///< of the levels that name none
     int variants = 4;     ///< number of boxes, which differ by their random numbers only
     std::uint64_t seed = 1;
-    double voxel = 0; ///< edge of a voxel, metres; 0 means as voxelFor() chooses
-    double segment_limit = 1e7;
+    double voxel = 0;           ///< edge of a voxel, metres; 0 means as voxelFor() chooses
+    double segment_limit = 1e7; ///< a rule that may grow more segments is refused
     std::vector<GrowthLevel> levels;
     std::string source; ///< the table as the scene has it (TOML), for the box's file; may be empty
 
@@ -107,8 +107,8 @@ struct GrowthRule {
     /// that 10^20 is a possible answer.
     double segmentBound() const;
 
-    /// Returns the index of the level that level `i` stands on, or -1 for the ground. Throws Error
-    /// if the parent is missing.
+    /// Returns the index of the level that level `i` (below levels.size()) stands on, or -1 for the
+    /// ground. Throws Error if the parent is missing.
     int parentOf(std::size_t i) const;
 };
 

@@ -16,7 +16,7 @@ namespace volcomp {
 
 /// How samples are spread.
 enum class Sampling {
-    area, ///< evenly on the surface; the density counts boxes per square of the world unit
+    area, ///< evenly on the surface; the density counts boxes per square world unit
     uv    ///< evenly in the map, as in the paper; the density counts boxes per cell
 };
 /// Where boxes stand if a projected line meets the surface several times.

@@ -60,7 +60,7 @@ PlacedScene place(const std::vector<SurfaceSpec>& surfaces, const std::vector<La
                   std::vector<BoxKind> kinds, const PlaceOptions& options = {},
                   const Progress& progress = {});
 
-/// A scene of nothing but boxes that the caller has placed.
+/// A scene of nothing but boxes that the caller has placed, without surfaces, layers and kinds.
 PlacedScene placedBoxes(std::vector<Placement> placements);
 
 /// "NAME_VARIANT", variants counted from 1, for each box that Placement::box may name.

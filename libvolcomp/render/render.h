@@ -59,9 +59,9 @@ public:
 class VoxelTree;
 struct VoxelLevel;
 
-/// Renders a volume, given as the levels that the camera needs (voxelLevels()). Each part takes the
-/// material of its name; an unnamed part takes the first material of its kind, or the defaults. The
-/// bytes of the result do not depend on the number of threads.
+/// Renders a volume, given as the levels that the camera needs (voxelLevels()); there is at least
+/// one. Each part takes the material of its name; an unnamed part takes the first material of its
+/// kind, or the defaults. The bytes of the result do not depend on the number of threads.
 ///
 /// The channels are R, G, B, A (premultiplied), and with params.aovs also Z, N.X, N.Y, N.Z,
 /// albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B for each light, all weighted as R, G, B
@@ -73,7 +73,8 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
              const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress = {}, RenderStats* stats = nullptr,
              RenderWatch* watch = nullptr);
-/// The same; makes the levels that the camera needs.
+/// The same; makes the levels that the camera needs. The volume stays as it is. Throws Error also
+/// if the volume has no parts, their transforms differ, or a density is negative, infinite or NaN.
 Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress = {}, RenderStats* stats = nullptr);

@@ -29,7 +29,8 @@ constexpr Word<PixelFilter> kPixelFilterWords[] = {
     {"gaussian", PixelFilter::gaussian},
     {"blackman-harris", PixelFilter::blackman_harris}};
 
-/// A rectangle of pixels, counted from the picture's top left corner. Width 0 means all of it.
+/// A rectangle of pixels, counted from the picture's top left corner. Width 0 means the whole
+/// picture; any other rectangle lies inside it.
 struct Crop {
     int x = 0, y = 0, width = 0, height = 0;
 };

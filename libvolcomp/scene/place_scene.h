@@ -24,7 +24,7 @@ PlacedScene place(const Scene& scene, const PlaceOptions& options = {},
 enum class VoxelSource {
     scene,  ///< compose.voxel
     camera, ///< compose.voxel_pixels at the nearest point of a surface that the camera sees
-    boxes   ///< the voxel of the finest box, as the camera sees no surface
+    boxes   ///< the voxel of the finest box, before its scale, as the camera sees no surface
 };
 
 /// An edge of a voxel, world units, and where it comes from.

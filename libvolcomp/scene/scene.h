@@ -18,7 +18,8 @@
 
 namespace volcomp {
 
-/// All that a scene file says.
+/// All that a scene file says, in the units of the library: metres, radians, linear RGB. Paths are
+/// those of the file with the scene's directory in front.
 struct Scene {
     std::filesystem::path file;
     std::vector<Material> materials;
@@ -33,7 +34,8 @@ struct Scene {
 
 /// Reads a scene (TOML). Throws Error with the file, the line and the value for anything that is
 /// not as scenes/README.md says: wrong syntax, unknown and missing keys, wrong types, values out of
-/// range and names that nothing has.
+/// range and names that nothing has. It opens the scene and the scenes that this includes, but no
+/// mesh and no image.
 Scene readScene(const std::filesystem::path& file);
 
 /// Takes a surface and the layers on it out of a scene. Returns false, and leaves the scene as it

@@ -54,7 +54,8 @@ struct SurfacePoint {
 };
 
 /// A mesh or terrain with its projection. All const functions may be called by several threads at a
-/// time. World units.
+/// time. World space and world units. It can be moved, but not copied; one that was moved from may
+/// only be assigned to or destroyed.
 class Surface {
 public:
     /// Takes a mesh as prepareMesh() leaves it. `place` names the surface in messages. Throws Error
@@ -68,6 +69,7 @@ public:
     const MapProjection& projection() const { return m_projection; }
     /// False if maps cannot be looked up: by texture coordinates that the mesh lacks.
     bool hasUv() const { return m_projection.kind != ProjectionKind::uv || !m_mesh.uv.empty(); }
+    /// Of the whole surface, square world units.
     double area() const { return m_area.back(); }
 
     /// The point that has the fraction `f` (0 to 1) of the area before it on a curve through the
@@ -76,7 +78,8 @@ public:
     /// them compact, and stratified f gives points that cover the surface evenly.
     SurfacePoint atFraction(double f) const;
 
-    /// The point with these weights of the triangle's second and third corner.
+    /// The point of a triangle (0 to the mesh's number of them - 1) with these weights of its
+    /// second and third corner.
     SurfacePoint at(std::int32_t triangle, double b1, double b2) const;
 
     /// Every point of the surface that has this (u,v): where the projection's line meets the

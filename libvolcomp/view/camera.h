@@ -8,12 +8,13 @@ namespace volcomp {
 
 enum class Projection { perspective, orthographic };
 
-/// Where the picture is taken from and what it shows, as the [camera] table of a scene says.
+/// Where the picture is taken from and what it shows, as the [camera] table of a scene says. World
+/// space and world units. All but validate() want a camera that validate() accepts.
 struct Camera {
     Projection projection = Projection::perspective;
     Vec3d eye{0, 0, 5};
     Vec3d target{0, 0, 0};
-    Vec3d up{0, 1, 0};
+    Vec3d up{0, 1, 0}; ///< of any length; only its part across the view counts
     double field_of_view = 0.6981317007977318; ///< horizontal, radians, perspective
     double width = 2;                          ///< horizontal extent, world units, orthographic
 
@@ -22,7 +23,8 @@ struct Camera {
     void validate() const;
 
     /// Returns the edge, in world units, of the square at the point `p` that one pixel of a picture
-    /// `width_pixels` wide shows.
+    /// `width_pixels` (> 0) wide shows. Behind the camera it is as large as at the same distance in
+    /// front of it.
     double pixelFootprint(const Vec3d& p, int width_pixels) const;
 };
 
@@ -38,7 +40,8 @@ struct CameraRay {
     Vec3d origin, direction; ///< world units; the direction is of unit length
 };
 
-/// The rays through a picture of width x height square pixels.
+/// The rays through a picture of width x height square pixels (both > 0). It keeps a copy of what
+/// it needs of the camera.
 class CameraRays {
 public:
     CameraRays(const Camera& camera, int width, int height);

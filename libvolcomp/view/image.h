@@ -8,12 +8,14 @@
 
 namespace volcomp {
 
-/// Linear, scene-referred pixels, row by row from the top left, channels interleaved.
+/// Linear, scene-referred pixels, row by row from the top left, channels interleaved. A copy has
+/// pixels of its own.
 struct Image {
     int width = 0, height = 0;
     std::vector<std::string> channels; ///< names: R, G, B, A (premultiplied), Z, ...
     std::vector<float> pixels;         ///< width * height * channels.size()
 
+    /// The channels of the pixel in column x (0 to width - 1) and row y (0 to height - 1).
     float* pixel(int x, int y)
     {
         return &pixels[(static_cast<std::size_t>(y) * width + x) * channels.size()];
@@ -36,7 +38,8 @@ Image readImage(const std::filesystem::path& file);
 /// Writes .exr (all channels as 32-bit floats) or .png (R, G, B and A in sRGB, 8 bit; without A if
 /// all pixels are opaque), by the name's ending, with `metadata` as names and values. PNG stores
 /// colours that are not multiplied by alpha. The file appears when it is complete. Throws Error for
-/// another ending or a file that cannot be written.
+/// another ending or a file that cannot be written. `image.pixels` must have the size that Image
+/// says.
 void writeImage(const std::filesystem::path& file, const Image& image,
                 const std::vector<std::pair<std::string, std::string>>& metadata = {});
 

@@ -16,7 +16,7 @@ struct Light {
     std::string name;
     LightKind kind = LightKind::directional;
     Vec3d direction{0, -1, 0}; ///< the way the light travels, unit; directional, spot and patch
-    Vec3d position{0, 0, 0};   ///< point, spot and patch
+    Vec3d position{0, 0, 0};   ///< point, spot and patch; world units
     Vec3d strength{1, 1, 1};   ///< linear RGB; at distance 1, unless the light is directional
     double angle = 0.5;        ///< spot: from its axis to where it is dark, radians
     double soft_angle = 0.05;  ///< spot: width of the border, inside `angle`, radians
@@ -36,7 +36,8 @@ struct Illumination {
 /// square of the distance, which counts as at least `closest` (> 0), so that a light inside the
 /// volume stays finite. The border of a spot is a smoothstep of the angle over soft_angle. A patch
 /// is a small flat lamp, such as a window seen from afar: it shines into the half space in front of
-/// it, with the cosine of the angle from its direction (Lambert's law).
+/// it, with the cosine of the angle from its direction (Lambert's law). Wants a light that
+/// Light::validate() accepts.
 Illumination illuminate(const Light& light, const Vec3d& p, double closest);
 
 } // namespace volcomp

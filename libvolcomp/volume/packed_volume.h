@@ -29,7 +29,7 @@ inline Vec3f fromHalves(const Half3& h) { return {float(h[0]), float(h[1]), floa
 /// copied; pointers into it stay good when it is moved. Not for several threads at once.
 class VoxelStore {
 public:
-    /// Aligned to 8 bytes; not initialised.
+    /// Aligned to 8 bytes; not initialised. Throws std::bad_alloc.
     std::byte* allocate(std::size_t bytes);
 
     std::size_t bytes() const { return m_bytes; } ///< of all chunks
@@ -58,7 +58,8 @@ struct PackedBlock {
 /// of 4096^3 voxels, then of 128^3, then of 8^3.
 bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b);
 
-/// The active voxels of one material, block by block.
+/// The active voxels of one material, block by block. The functions that take a block want one of
+/// this part's. It can be moved, but not copied.
 struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
@@ -109,11 +110,13 @@ struct PackedVolume {
 };
 
 /// The active voxels of a volume. Active tiles become voxels; values of inactive voxels are
-/// dropped. Directions, colours and scatter ratios are rounded to half floats.
+/// dropped. Directions, colours and scatter ratios are rounded to half floats. The result shares no
+/// voxels with `volume`.
 PackedVolume pack(const Volume& volume);
 
 /// The same voxels as grids, with the memory that OpenVDB's leaves take. The renderer needs no
-/// grids: it reads a packed volume through a PackedSource (block_source.h).
+/// grids: it reads a packed volume through a PackedSource (block_source.h). The result shares no
+/// voxels with `volume`.
 Volume unpack(const PackedVolume& volume);
 
 } // namespace volcomp

@@ -3,8 +3,10 @@
 //
 // A Volume is a list of parts, one for each material; where parts overlap, their densities add and
 // their radiances mix by density (MODEL section 8). All grids of all parts share one linear
-// transform with cubic voxels. A voxel (i,j,k) is the cube of half a voxel around its index-space
-// centre. Inactive voxels hold 0.
+// transform with cubic voxels. A voxel (i,j,k) reaches half a voxel to each side of its centre,
+// which is the point (i,j,k) of index space. Inactive voxels hold 0.
+//
+// A program calls openvdb::initialize() once, before it makes, reads or writes a volume.
 #pragma once
 
 #include <string>
@@ -45,14 +47,14 @@ struct VolumePart {
 struct Volume {
     std::vector<VolumePart> parts;
 
-    /// Edge of a voxel, world units.
+    /// Edge of a voxel, world units. Throws std::out_of_range if there are no parts.
     double voxelSize() const { return parts.at(0).density->voxelSize()[0]; }
 };
 
-/// A volume box (MODEL section 6): root at the origin, axis +Y.
+/// A volume box (MODEL section 6): root at the origin, axis +Y, in metres. A copy shares the grids.
 struct Box {
     std::string name;
-    int variant = 0;
+    int variant = 0; ///< from 0 on; names of files count from 1
     Volume volume;
 };
 
