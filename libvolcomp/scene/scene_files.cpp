@@ -5,7 +5,9 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <system_error>
+#include <unordered_map>
 
 #include <fmt/format.h>
 
@@ -62,13 +64,21 @@ private:
         m_stack.push_back({{std::move(table), {}}, key, std::move(paths), 0, {}});
     }
 
-    void follow(Open& from, const fs::path& path)
+    /// Returns the key of an included file. Each name is asked for once.
+    const fs::path& includedKey(const TableReader& table, const fs::path& path)
     {
-        const TableReader& table = from.file.table;
+        const auto [at, is_new] = m_keys.emplace(path.native(), fs::path());
+        if (!is_new) return at->second;
         std::error_code code;
         table.require(fs::is_regular_file(path, code), "include",
                       "files relative to this one (there is no file '" + path.string() + "')");
-        const fs::path key = keyOf(path);
+        return at->second = keyOf(path);
+    }
+
+    void follow(Open& from, const fs::path& path)
+    {
+        const TableReader& table = from.file.table;
+        const fs::path key = includedKey(table, path);
         const auto known = m_place.find(key);
         if (known == m_place.end()) {
             table.require(m_place.size() < kMostFiles, "include",
@@ -104,6 +114,7 @@ private:
     std::vector<Open> m_stack;
     std::vector<SceneFile> m_closed;
     std::map<fs::path, std::optional<std::size_t>> m_place; ///< in m_closed; none while it is open
+    std::unordered_map<std::string, fs::path> m_keys;       ///< of the names of included files
     std::size_t m_includes = 0;
 };
 

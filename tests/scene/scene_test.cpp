@@ -101,14 +101,14 @@ TEST_F(SceneFile, includesMayMeetAgainAndBeLong)
         folder.write("way" + std::to_string(i) + ".toml", include(next + ", " + next));
     }
     EXPECT_EQ(readScene(folder / "way0.toml").materials.size(), 1u);
-    // 2000 files in a row, each with a material of its own.
-    for (int i = 0; i < 2000; ++i)
+    // 1000 files in a row, each with a material of its own.
+    for (int i = 0; i < 1000; ++i)
         folder.write("row" + std::to_string(i) + ".toml",
                      include(i == 0 ? "" : "'row" + std::to_string(i - 1) + ".toml'")
                          + "[material.m" + std::to_string(i) + "]\n");
-    scene = readScene(folder / "row1999.toml");
-    ASSERT_EQ(scene.materials.size(), 2000u);
-    EXPECT_EQ(scene.materials.front().name, "m1999");
+    scene = readScene(folder / "row999.toml");
+    ASSERT_EQ(scene.materials.size(), 1000u);
+    EXPECT_EQ(scene.materials.front().name, "m999");
     EXPECT_EQ(scene.materials.back().name, "m0");
     // One file, ten thousand times; and more than there may be.
     std::string names;
