@@ -10,7 +10,7 @@ ComposeParams readCompose(TableReader& r)
                        c.voxel, kNotNegative);
     c.voxel_pixels = r.number(
         {"voxel_pixels", "pixels",
-         "edge of a voxel where 'voxel' is 0, at the nearest point of a surface that the camera sees"},
+         "edge of a voxel if 'voxel' is 0, at the nearest point of a surface that the camera sees"},
         c.voxel_pixels, {0.01, 1000});
     c.minimum_density = r.number({"minimum_density", "1/m", "voxels below it are not kept"},
                                  c.minimum_density, kNotNegative);

@@ -5,20 +5,50 @@
 
 #include <fmt/format.h>
 
-#include "volcomp/base/error.h"
-
 namespace volcomp {
 namespace {
 
-/// Throws the Error that points at the key if `name` is none of the names.
-void requireOneOf(const TableReader& r, const char* key, const std::string& what,
-                  const std::vector<std::string>& names, const std::string& name)
+/// Throws the Error that points at the key if there is no material of that name.
+void requireMaterial(const TableReader& r, const Known<Material>& materials,
+                     const std::string& name)
 {
-    r.require(
-        std::find(names.begin(), names.end(), name) != names.end(), key,
-        fmt::format("the name of a {} ({})", what,
-                    names.empty() ? "there is none" : fmt::format("{}", fmt::join(names, ", "))));
+    if (materials.find(name)) return;
+    r.require(false, "material", "the name of a material (" + materials.names() + ")");
 }
+
+/// Throws the Error that points at the key if the level stands on none that is there, or has a name
+/// that is taken.
+void requireParent(const TableReader& r, const GrowthRule& rule, const GrowthLevel& l)
+{
+    const auto known = [&](const std::string& name) {
+        return name == "ground"
+            || std::any_of(rule.levels.begin(), rule.levels.end(),
+                           [&](const GrowthLevel& other) { return other.name == name; });
+    };
+    if (!known(l.parent)) {
+        std::string names = "ground";
+        for (const GrowthLevel& other : rule.levels) names += ", " + other.name;
+        r.require(false, "parent", "the name of a level above (" + names + ")");
+    }
+    r.require(!known(l.name), "name", "a name that no other level has, and not \"ground\"");
+}
+
+/// Appends a warning if the level grows on the one above for want of a parent and has a key that
+/// counts on the ground only: then it is likely that it was meant to stand on the ground.
+void warnOfParent(const TableReader& r, const GrowthRule& rule, const GrowthLevel& l,
+                  std::vector<std::string>& warnings)
+{
+    if (rule.levels.empty() || r.has("parent")) return;
+    for (const char* key : {"spread", "clump", "clumps"})
+        if (r.has(key)) {
+            warnings.push_back(fmt::format(
+                "{}: level '{}' grows on '{}', the level above it, as it has no 'parent'; its '{}' counts on the ground only. Write parent = \"ground\" if it stands there, or leave '{}' out",
+                r.place(), l.name, l.parent, key, key));
+            return;
+        }
+}
+
+constexpr std::size_t kMostLevels = 1000; ///< of a box; each is compared with those above it
 
 // Keys whose default is the value that the level has already.
 void degrees(TableReader& r, const Key& key, double& value)
@@ -32,24 +62,20 @@ void positive(TableReader& r, const Key& key, double& value)
 void unit(TableReader& r, const Key& key, double& value) { value = r.number(key, value, kUnit); }
 
 /// The level's name, what it stands on, and its material.
-void readNames(TableReader& r, const GrowthRule& rule, const std::vector<std::string>& materials,
+void readNames(TableReader& r, const GrowthRule& rule, const Known<Material>& materials,
                GrowthLevel& l)
 {
     const GrowthLevel* above = rule.levels.empty() ? nullptr : &rule.levels.back();
-    l.name = r.text({"name", "", "what other levels call it"},
+    l.name = r.name({"name", "", "what other levels call it"},
                     "level" + std::to_string(rule.levels.size() + 1));
     l.parent = r.text(
         {"parent", "",
          "level that it grows on, or \"ground\"; the first level's is the ground, another's the level above it"},
         above ? above->name : "ground");
-    std::vector<std::string> parents{"ground"};
-    for (const GrowthLevel& other : rule.levels) parents.push_back(other.name);
-    requireOneOf(r, "parent", "level above", parents, l.parent);
-    r.require(std::find(parents.begin(), parents.end(), l.name) == parents.end(), "name",
-              "a name that no other level has, and not \"ground\"");
+    requireParent(r, rule, l);
     l.material =
         r.text({"material", "", "name of the material; the box's if left out"}, rule.material);
-    requireOneOf(r, "material", "material", materials, l.material);
+    requireMaterial(r, materials, l.material);
 }
 
 /// The shape of its strands, and how often it grows on itself.
@@ -107,10 +133,10 @@ void readSizes(TableReader& r, GrowthLevel& l)
     l.angle_tip =
         r.number({"angle_tip", "", "factor on the angle at the parent's tip"}, l.angle_tip, kAny);
     positive(r, {"length", "m", "length; 0: length_ratio of the parent's"}, l.length);
-    positive(r,
-             {"length_ratio", "",
-              "length as a part of the parent's, also where the level grows on itself"},
-             l.length_ratio);
+    positive(
+        r,
+        {"length_ratio", "", "length as a part of the parent's, also if the level grows on itself"},
+        l.length_ratio);
     positive(r, {"length_tip", "", "factor on the length at the parent's tip"}, l.length_tip);
     positive(r, {"length_variation", "", "standard deviation as a part of the length"},
              l.length_variation);
@@ -163,11 +189,12 @@ void readColours(TableReader& r, GrowthLevel& l)
         l.colour_variation);
 }
 
-GrowthLevel readLevel(TableReader& r, const GrowthRule& rule,
-                      const std::vector<std::string>& materials)
+GrowthLevel readLevel(TableReader& r, const GrowthRule& rule, const Known<Material>& materials,
+                      std::vector<std::string>& warnings)
 {
     GrowthLevel l;
     readNames(r, rule, materials, l);
+    warnOfParent(r, rule, l, warnings);
     readGenerations(r, l);
     readPlaces(r, l);
     readSizes(r, l);
@@ -179,20 +206,19 @@ GrowthLevel readLevel(TableReader& r, const GrowthRule& rule,
 
 } // namespace
 
-GrowthRule readGrowthRule(TableReader& r, const std::string& name,
-                          const std::vector<std::string>& materials)
+GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<Material>& materials,
+                          std::vector<std::string>& warnings)
 {
     GrowthRule p;
     p.name = name;
     p.source = r.toml();
     p.material =
         r.text({"material", "", "name of the material of the levels that name none"}, std::nullopt);
-    requireOneOf(r, "material", "material", materials, p.material);
+    requireMaterial(r, materials, p.material);
     p.variants =
         r.integer({"variants", "", "boxes baked, which differ by their random numbers only"},
                   p.variants, {1, 1000});
-    p.seed = static_cast<std::uint64_t>(
-        r.integer({"seed", "", "of the random numbers"}, 1, {0, kInfinity}));
+    p.seed = r.seed({"seed", "", "of the random numbers"}, p.seed);
     p.voxel =
         r.number({"voxel", "m", "edge of a voxel; 0: from the thinnest feature worth showing"},
                  p.voxel, kNotNegative);
@@ -202,16 +228,15 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name,
     for (
         TableReader& table : r.tables(
             {"level", "",
-             "One level of the recursion: strands or flat shapes, on the ground or on another level"}))
-        p.levels.push_back(readLevel(table, p, materials));
+             "One level of the recursion: strands or flat shapes, on the ground or on another level"})) {
+        r.require(p.levels.size() < kMostLevels, "level",
+                  fmt::format("at most {} levels", kMostLevels));
+        p.levels.push_back(readLevel(table, p, materials, warnings));
+    }
     r.finish();
     if (!r.isDescribing()) {
         r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");
-        try {
-            p.validate();
-        } catch (const Error& e) {
-            throw Error(r.place() + ": " + e.what());
-        }
+        r.check([&] { p.validate(); });
     }
     return p;
 }

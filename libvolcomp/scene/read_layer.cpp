@@ -16,14 +16,12 @@ void readSampling(TableReader& r, Layer& l)
                   "boxes where the second density is 1: per square metre (area) or per cell (uv)"},
                  std::nullopt, {0, 1e12});
     const auto cells =
-        r.numbers({"cells", "", "[across, up]: cells of the map, for sampling = \"uv\""},
-                  {256, 256}, {1, 65536});
-    r.require(cells.size() == 2, "cells", "two numbers");
-    if (cells.size() == 2)
-        l.cells_u = static_cast<int>(cells[0]), l.cells_v = static_cast<int>(cells[1]);
+        r.integers({"cells", "", "[across, up]: cells of the map, for sampling = \"uv\""},
+                   {l.cells_u, l.cells_v}, {1, 65536});
+    l.cells_u = cells[0], l.cells_v = cells[1];
     l.sheets = r.choice<Sheets>(
         {"sheets", "",
-         "where a projected line meets the surface several times: boxes on all sheets, or on the first from outside"},
+         "if a projected line meets the surface several times: boxes on all sheets, or on the first from outside"},
         l.sheets, {{"all", Sheets::all}, {"first", Sheets::first}});
 }
 
@@ -78,12 +76,11 @@ void readComb(TableReader& r, Layer& l)
 Layer readLayer(TableReader& r, int index)
 {
     Layer l;
-    l.name = r.text({"name", "", "for messages and statistics; the random numbers depend on it"},
+    l.name = r.name({"name", "", "for messages and statistics; the random numbers depend on it"},
                     "layer" + std::to_string(index + 1));
     l.box = r.text({"box", "", "name of the box kind"}, std::nullopt);
-    l.surface = r.text({"surface", "", "name of the surface; empty where the scene has one"}, "");
-    l.seed = static_cast<std::uint64_t>(
-        r.integer({"seed", "", "of the random numbers"}, 1, {0, kInfinity}));
+    l.surface = r.text({"surface", "", "name of the surface; empty if the scene has only one"}, "");
+    l.seed = r.seed({"seed", "", "of the random numbers"}, l.seed);
     readSampling(r, l);
     readLayerMaps(r, l);
     readSpans(r, l);
@@ -95,7 +92,7 @@ Layer readLayer(TableReader& r, int index)
     l.offset = r.number({"offset", "m", "of the root along the normal; negative: into the surface"},
                         l.offset, kAny);
     r.finish();
-    l.validate();
+    r.check([&] { l.validate(); });
     return l;
 }
 

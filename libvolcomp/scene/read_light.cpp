@@ -1,13 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/scene/readers.h"
 
+#include <string_view>
+
 namespace volcomp {
+namespace {
+
+/// Whether a light's own picture, NAME.R, NAME.G and NAME.B, would have the name of another part of
+/// the EXR: TileRenderer's channels, and what programs that show an EXR take for them.
+bool isChannel(std::string_view name)
+{
+    for (const std::string_view channel :
+         {"R", "G", "B", "A", "Z", "N", "albedo", "rgb", "rgba", "alpha", "depth"})
+        if (name == channel) return true;
+    return false;
+}
+
+} // namespace
 
 Light readLight(TableReader& r, int index)
 {
     Light l;
-    l.name = r.text({"name", "", "of the light's own picture in the EXR"},
+    l.name = r.name({"name", "", "of the light's own picture in the EXR"},
                     "light" + std::to_string(index + 1));
+    r.require(!isChannel(l.name), "name",
+              "a name that no channel of the picture has, such as \"key\"");
     l.kind = r.choice<LightKind>(
         {"kind", "",
          "kind of light; patch: a small flat lamp, with the cosine of the angle from its direction"},

@@ -21,7 +21,7 @@ Material readMaterial(TableReader& r, const std::string& name)
     m.specular_colour = r.colour({"specular_colour", "", "colour of the specular reflection, e"},
                                  m.specular_colour);
     r.finish();
-    m.validate();
+    r.check([&] { m.validate(); });
     return m;
 }
 

@@ -10,7 +10,7 @@ RenderParams readRender(TableReader& r)
     p.height = r.integer({"height", "pixels", "of the picture"}, p.height, {1, 32768});
     p.samples = r.integer({"samples", "", "per pixel"}, p.samples, {1, 65536});
     p.pixel_filter = r.choice<PixelFilter>(
-        {"pixel_filter", "", "how the samples around a pixel are weighed, where there are several"},
+        {"pixel_filter", "", "how the samples around a pixel are weighed if there are several"},
         p.pixel_filter, kPixelFilterWords);
     p.pixel_radius =
         r.number({"pixel_radius", "pixels", "of that filter; 0: 0.5 for box, 1.5 for the others"},
@@ -31,7 +31,7 @@ RenderParams readRender(TableReader& r)
         p.shadows, kShadowsWords);
     p.cutoff = r.number(
         {"cutoff", "",
-         "rays end where a smaller fraction of light passes; bounds the error relative to the brightest voxel"},
+         "a ray ends as soon as less than this fraction of light passes; bounds the error relative to the brightest voxel"},
         p.cutoff, {0, 0.99});
     p.lod = r.flag(
         {"lod", "",

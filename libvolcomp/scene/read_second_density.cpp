@@ -27,13 +27,13 @@ MapFactor readFactor(TableReader& t, bool colour)
     m.octaves = t.integer(
         {"octaves", "", "of the noise, each half as large and half as strong as the one before"},
         m.octaves, {1, 16});
-    m.seed = static_cast<std::uint64_t>(t.integer({"seed", "", "of the noise"}, 1, {0, kInfinity}));
+    m.seed = t.seed({"seed", "", "of the noise"}, m.seed);
     if (colour)
-        m.constant = t.colour(
-            {"constant", "", "a colour, where neither an image nor noise is given"}, m.constant);
+        m.constant = t.colour({"constant", "", "a colour, if neither an image nor noise is given"},
+                              m.constant);
     else
         m.constant =
-            Vec3d(t.number({"constant", "", "a number, where neither an image nor noise is given"},
+            Vec3d(t.number({"constant", "", "a number, if neither an image nor noise is given"},
                            m.constant[0], kAny));
     const auto range = t.numbers(
         {"range", "", "[at 0, at 1]: what 0 and 1 of the image or noise become; [1, 0] inverts"},
@@ -43,7 +43,7 @@ MapFactor readFactor(TableReader& t, bool colour)
     t.require(m.image.empty() || m.noise == 0, "noise",
               "an image or noise, not both in one factor");
     t.finish();
-    m.validate();
+    t.check([&] { m.validate(); });
     return m;
 }
 

@@ -30,7 +30,7 @@ MapProjection readProjection(TableReader& r)
                   {1, 1}, kPositive);
     r.require(size.size() == 2, "projection_size", "two numbers [width, height]");
     if (size.size() == 2) p.width = size[0], p.height = size[1];
-    p.validate();
+    r.check([&] { p.validate(); });
     return p;
 }
 
@@ -91,7 +91,7 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
     s.projection = readProjection(r);
     readSkin(r, s.skin);
     r.finish();
-    s.validate();
+    r.check([&] { s.validate(); });
     return s;
 }
 

@@ -14,6 +14,7 @@
 #include "volcomp/grow/growth_rule.h"
 #include "volcomp/place/layer.h"
 #include "volcomp/render/render_params.h"
+#include "volcomp/scene/known.h"
 #include "volcomp/scene/toml_reader.h"
 #include "volcomp/surface/second_density.h"
 #include "volcomp/surface/surface.h"
@@ -28,9 +29,10 @@ Camera readCamera(TableReader& table);                              ///< [camera
 ComposeParams readCompose(TableReader& table);                      ///< [compose]
 RenderParams readRender(TableReader& table);                        ///< [render]
 
-/// Reads a [box.NAME] table with its levels. `materials` are the names that its keys may use.
+/// Reads a [box.NAME] table with its levels. `materials` are those that its keys may name. Appends
+/// to `warnings` what may be a mistake.
 GrowthRule readGrowthRule(TableReader& table, const std::string& name,
-                          const std::vector<std::string>& materials);
+                          const Known<Material>& materials, std::vector<std::string>& warnings);
 
 /// Reads a [surface.NAME] table. It does not check that the skin's material exists.
 SurfaceSpec readSurface(TableReader& table, const std::string& name);

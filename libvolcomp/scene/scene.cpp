@@ -4,144 +4,187 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "volcomp/base/error.h"
+#include "volcomp/scene/known.h"
 #include "volcomp/scene/readers.h"
+#include "volcomp/scene/scene_files.h"
 
 namespace volcomp {
 namespace {
 
-template <class T>
-bool hasName(const std::vector<T>& list, const std::string& name)
-{
-    return std::any_of(list.begin(), list.end(), [&](const T& x) { return x.name == name; });
-}
+/// What a scene file gives to those that include it.
+struct Shared {
+    Known<Material> materials;
+    Known<GrowthRule> boxes;
+};
 
-template <class T>
-std::string namesOf(const std::vector<T>& list)
-{
-    std::string text;
-    for (const T& x : list) text += (text.empty() ? "" : ", ") + x.name;
-    return text.empty() ? "there is none" : text;
-}
+/// How many materials and boxes all files of a scene may take over from others, each counted once
+/// for each file that takes it: no more than seconds of work.
+constexpr std::size_t kMostTaken = 5'000'000;
 
-/// Throws the Error that points at the key of `table` if no element of the list has the name.
+/// Throws the Error that points at the key of `table` if the list has no such name.
 template <class T>
 void requireName(const TableReader& table, const char* key, const std::string& what,
-                 const std::vector<T>& list, const std::string& name)
+                 const Known<T>& list, const std::string& name)
 {
-    table.require(hasName(list, name), key, "the name of a " + what + " (" + namesOf(list) + ")");
+    if (list.find(name)) return;
+    table.require(false, key, "the name of a " + what + " (" + list.names() + ")");
 }
 
-void readBoxes(TableReader& r, Scene& s)
+/// The file's own materials, then those of the included files whose names are not there yet.
+Known<Material> readMaterials(TableReader& r, const std::vector<const Shared*>& included)
 {
+    Known<Material> materials;
     for (auto& [name, table] :
-         r.named({"box", "", "A kind of volume box, grown by a recursive function"})) {
-        std::vector<std::string> materials;
-        for (const Material& m : s.materials) materials.push_back(m.name);
-        const std::string& key = name;
-        s.boxes.erase(std::remove_if(s.boxes.begin(), s.boxes.end(),
-                                     [&](const GrowthRule& p) { return p.name == key; }),
-                      s.boxes.end());
-        s.boxes.push_back(readGrowthRule(table, name, materials));
-    }
+         r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
+        materials.add(readMaterial(table, name));
+    for (const Shared* other : included)
+        for (const auto& material : other->materials.all()) materials.add(material);
+    return materials;
 }
 
-void readSurfaces(TableReader& r, Scene& s)
+/// The boxes of the included files, but for those that the file has itself, then its own.
+Known<GrowthRule> readBoxes(TableReader& r, const std::vector<const Shared*>& included,
+                            const Known<Material>& materials, std::vector<std::string>& warnings)
 {
+    Known<GrowthRule> own, boxes;
+    for (auto& [name, table] :
+         r.named({"box", "", "A kind of volume box, grown by a recursive function"}))
+        own.add(readGrowthRule(table, name, materials, warnings));
+    for (const Shared* other : included)
+        for (const auto& box : other->boxes.all())
+            if (!own.find(box->name)) boxes.add(box);
+    for (const auto& box : own.all()) boxes.add(box);
+    return boxes;
+}
+
+Known<SurfaceSpec> readSurfaces(TableReader& r, const Known<Material>& materials)
+{
+    Known<SurfaceSpec> surfaces;
     for (auto& [name, table] : r.named({"surface", "", "A surface that boxes stand on"})) {
-        s.surfaces.push_back(readSurface(table, name));
-        const std::string& skin = s.surfaces.back().skin.material;
-        if (skin.empty()) continue;
-        requireName(table, "skin", "material", s.materials, skin);
-        const auto material = std::find_if(s.materials.begin(), s.materials.end(),
-                                           [&](const Material& m) { return m.name == skin; });
-        table.require(material->kind == MaterialKind::surface, "skin",
-                      "a material of kind surface");
+        SurfaceSpec surface = readSurface(table, name);
+        if (const std::string& skin = surface.skin.material; !skin.empty()) {
+            requireName(table, "skin", "material", materials, skin);
+            if (const Material* material = materials.find(skin))
+                table.require(material->kind == MaterialKind::surface, "skin",
+                              "a material of kind surface");
+        }
+        surfaces.add(std::move(surface));
     }
+    return surfaces;
 }
 
-void readLayers(TableReader& r, Scene& s)
+Known<Layer> readLayers(TableReader& r, const Known<GrowthRule>& boxes,
+                        const Known<SurfaceSpec>& surfaces)
 {
+    Known<Layer> layers;
     int index = 0;
     for (auto& table :
          r.tables({"layer", "", "One kind of box over one surface, with its second densities"})) {
         Layer layer = readLayer(table, index++);
-        if (layer.surface.empty() && s.surfaces.size() == 1) layer.surface = s.surfaces[0].name;
-        requireName(table, "box", "box", s.boxes, layer.box);
-        requireName(table, "surface", "surface", s.surfaces, layer.surface);
-        table.require(!hasName(s.layers, layer.name), "name", "a name that no other layer has");
-        s.layers.push_back(std::move(layer));
+        if (layer.surface.empty() && surfaces.all().size() == 1)
+            layer.surface = surfaces.all()[0]->name;
+        requireName(table, "box", "box", boxes, layer.box);
+        requireName(table, "surface", "surface", surfaces, layer.surface);
+        table.require(layers.add(std::move(layer)), "name", "a name that no other layer has");
     }
+    return layers;
 }
 
-void readLights(TableReader& r, Scene& s)
+Known<Light> readLights(TableReader& r)
 {
+    Known<Light> lights;
     int index = 0;
-    for (auto& table : r.tables({"light", "", "A light; any number of them"})) {
-        Light light = readLight(table, index++);
-        table.require(!hasName(s.lights, light.name), "name", "a name that no other light has");
-        s.lights.push_back(std::move(light));
-    }
+    for (auto& table : r.tables({"light", "", "A light; any number of them"}))
+        table.require(lights.add(readLight(table, index++)), "name",
+                      "a name that no other light has");
+    return lights;
 }
 
-Scene read(TableReader& r, int depth);
-
-constexpr int kIncludeDepth = 8;
-
-/// Adds the materials and boxes of other scene files, except those whose names this file has too.
-void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s, int depth)
+template <class T>
+std::vector<T> copied(const Known<T>& list)
 {
-    for (const std::string& name : names) {
-        r.require(depth < kIncludeDepth, "include", "files that do not include each other");
-        const std::filesystem::path file = r.file().parent_path() / name;
-        r.require(std::filesystem::is_regular_file(file), "include",
-                  "files relative to this one (there is no '" + file.string() + "')");
-        TableReader other = TableReader::open(file);
-        Scene included = read(other, depth + 1);
-        for (Material& m : included.materials)
-            if (!hasName(s.materials, m.name)) s.materials.push_back(std::move(m));
-        for (GrowthRule& p : included.boxes)
-            if (!hasName(s.boxes, p.name)) s.boxes.push_back(std::move(p));
-    }
+    std::vector<T> result;
+    result.reserve(list.all().size());
+    for (const auto& thing : list.all()) result.push_back(*thing);
+    return result;
 }
 
-Scene read(TableReader& r, int depth)
+/// Reads one file, all but its materials and boxes into `s`, whose warnings grow.
+Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s)
 {
-    Scene s;
+    Shared shared;
     s.file = r.file();
-    const auto included = r.texts(
-        {"include", "",
-         "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"},
-        {});
-    for (auto& [name, table] :
-         r.named({"material", "", "What voxels are made of: docs/MODEL.md, 4 and 5"}))
-        s.materials.push_back(readMaterial(table, name));
-    addIncluded(included, r, s, depth);
-    readBoxes(r, s);
-    readSurfaces(r, s);
-    readLayers(r, s);
+    r.paths(kIncludeKey, {}); // openSceneFiles() has followed them
+    shared.materials = readMaterials(r, included);
+    shared.boxes = readBoxes(r, included, shared.materials, s.warnings);
+    const Known<SurfaceSpec> surfaces = readSurfaces(r, shared.materials);
+    s.surfaces = copied(surfaces);
+    s.layers = copied(readLayers(r, shared.boxes, surfaces));
     TableReader compose = r.table({"compose", "", "How the placed boxes become one volume"});
     s.compose = readCompose(compose);
     TableReader camera = r.table({"camera", "", "Where the picture is taken from"});
     s.camera = readCamera(camera);
-    readLights(r, s);
+    s.lights = copied(readLights(r));
     TableReader render = r.table({"render", "", "The picture and how it is computed"});
     s.render = readRender(render);
     r.finish();
-    return s;
+    return shared;
 }
 
 } // namespace
 
 Scene readScene(const std::filesystem::path& file)
 {
-    TableReader reader = TableReader::open(file);
-    return read(reader, 0);
+    std::vector<SceneFile> files = openSceneFiles(file);
+    std::vector<Shared> shared(files.size());
+    Scene scene;
+    std::size_t taken = 0;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        std::vector<const Shared*> included;
+        for (const std::size_t other : files[i].includes) {
+            included.push_back(&shared[other]);
+            taken += shared[other].materials.all().size() + shared[other].boxes.all().size();
+        }
+        files[i].table.require(taken <= kMostTaken, "include",
+                               "includes that bring fewer materials and boxes");
+        shared[i] = read(files[i].table, included, scene);
+        scene.scene_files.push_back(files[i].table.file());
+    }
+    scene.materials = copied(shared.back().materials);
+    scene.boxes = copied(shared.back().boxes);
+    return scene;
+}
+
+std::vector<std::filesystem::path> usedFiles(const Scene& scene)
+{
+    std::vector<std::filesystem::path> files = scene.scene_files;
+    const auto add = [&](const std::filesystem::path& file) {
+        if (!file.empty()) files.push_back(file);
+    };
+    const auto addMaps = [&](const std::vector<MapFactor>& maps) {
+        for (const MapFactor& map : maps) add(map.image);
+    };
+    for (const SurfaceSpec& surface : scene.surfaces) {
+        add(surface.mesh);
+        add(surface.terrain.height_map);
+        addMaps(surface.skin.maps);
+    }
+    for (const Layer& layer : scene.layers) {
+        addMaps(layer.where);
+        addMaps(layer.size);
+        addMaps(layer.colour);
+        add(layer.comb_map);
+    }
+    std::sort(files.begin(), files.end());
+    files.erase(std::unique(files.begin(), files.end()), files.end());
+    return files;
 }
 
 bool removeSurface(Scene& scene, const std::string& surface)
 {
-    if (!hasName(scene.surfaces, surface)) return false;
+    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
+                     [&](const SurfaceSpec& s) { return s.name == surface; }))
+        return false;
     const auto drop = [](auto& list, const auto& which) {
         list.erase(std::remove_if(list.begin(), list.end(), which), list.end());
     };
@@ -154,7 +197,8 @@ std::vector<KeyDoc> sceneKeys()
 {
     std::vector<KeyDoc> docs;
     TableReader reader = TableReader::describing(docs);
-    read(reader, 0);
+    Scene scene;
+    read(reader, {}, scene);
     return docs;
 }
 

@@ -19,9 +19,12 @@
 namespace volcomp {
 
 /// All that a scene file says, in the units of the library: metres, radians, linear RGB. Paths are
-/// those of the file with the scene's directory in front.
+/// those of the file with the scene's directory in front; those of a scene that comes through a
+/// pipe are left as they are.
 struct Scene {
     std::filesystem::path file;
+    /// The scene and the scenes that it includes, each once, its own last.
+    std::vector<std::filesystem::path> scene_files;
     std::vector<Material> materials;
     std::vector<GrowthRule> boxes;
     std::vector<SurfaceSpec> surfaces;
@@ -30,13 +33,21 @@ struct Scene {
     Camera camera;
     std::vector<Light> lights;
     RenderParams render;
+    /// What may be a mistake, one sentence each, with the file and the line; programs print them.
+    std::vector<std::string> warnings;
 };
 
-/// Reads a scene (TOML). Throws Error with the file, the line and the value for anything that is
+/// Reads a scene (TOML) from a file, or from a pipe (/dev/stdin, /dev/fd/N), which is read to its
+/// end. Whatever the files hold, this takes seconds: they may have 32 MB and 200,000 tables in all.
+/// Throws Error with the file, the line and the value for anything that is
 /// not as scenes/README.md says: wrong syntax, unknown and missing keys, wrong types, values out of
 /// range and names that nothing has. It opens the scene and the scenes that this includes, but no
 /// mesh and no image.
 Scene readScene(const std::filesystem::path& file);
+
+/// Returns every file that the scene names, sorted and without repetition: its scene_files, and the
+/// meshes and images of its surfaces and layers. They need not exist.
+std::vector<std::filesystem::path> usedFiles(const Scene& scene);
 
 /// Takes a surface and the layers on it out of a scene. Returns false, and leaves the scene as it
 /// is, if there is no surface of that name.

@@ -3,15 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <string_view>
 #include <limits>
 
 #include <fmt/format.h>
-#include <toml.hpp>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/srgb.h"
 #include "volcomp/base/text.h"
+#include "volcomp/scene/scene_text.h"
 #include "volcomp/scene/toml_state.h"
 
 namespace volcomp {
@@ -24,37 +24,59 @@ std::string vectorText(const Vec3d& v)
     return fmt::format("[{:g}, {:g}, {:g}]", v[0], v[1], v[2]);
 }
 
+constexpr const char* kNameRule =
+    "a name of letters, digits, '_' and '-', with single spaces between them";
+
+/// A range of whole numbers, in full.
+std::string wholeRange(Interval r) { return fmt::format("{:.0f} to {:.0f}", r.low, r.high); }
+
+/// Whether a text can be the path of a file and be printed.
+bool isPath(const std::string& text)
+{
+    return !text.empty() && std::none_of(text.begin(), text.end(), [](char c) {
+        return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+    });
+}
+
 /// What a key that is absent reads as while describing.
 double lowest(Interval r) { return std::isfinite(r.low) ? r.low : 0; }
 
 } // namespace
 
+bool isName(const std::string& text)
+{
+    if (text.empty() || text.size() > 100 || text.front() == ' ' || text.back() == ' ')
+        return false;
+    if (text.find("  ") != text.npos || text.find("\u2028") != text.npos
+        || text.find("\u2029") != text.npos) // line breaks of Unicode
+        return false;
+    constexpr std::string_view kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_- ";
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        const bool control = c == 0xc2 && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+        if (control || (c < 0x80 && kPlain.find(text[i]) == kPlain.npos)) return false;
+    }
+    return true;
+}
+
 TableReader::TableReader(std::unique_ptr<State> state) : m_state(std::move(state)) { }
 TableReader::TableReader(TableReader&&) noexcept = default;
 TableReader::~TableReader() = default;
 
-TableReader TableReader::open(const fs::path& file)
+TableReader TableReader::open(const fs::path& file, ReadBudget& budget)
 {
-    std::error_code code;
-    if (fs::is_directory(file, code))
-        throw fileError(file, "", "a scene file (TOML)", "a directory");
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream)
-        throw fileError(file, "", "a scene file (TOML)", "no readable file", "Check the path.");
     auto state = std::make_unique<State>();
     state->file = file;
-    try {
-        auto root = std::make_shared<toml::value>(toml::parse(stream, file.string()));
-        state->value = root.get();
-        state->root = std::move(root);
-    } catch (
-        const std::exception& e) { // toml::syntax_error, and out_of_range for numbers that overflow
-        throw Error(file.string() + ": not valid TOML.\n" + e.what());
-    }
-    if (!state->value->is_table() || state->value->as_table().empty())
-        throw fileError(file, "", "a scene", "an empty file",
-                        "scenes/README.md shows what a scene holds.");
+    state->source = parseToml(file, budget);
+    state->value = &state->source->table;
     return TableReader(std::move(state));
+}
+
+TableReader TableReader::open(const fs::path& file)
+{
+    ReadBudget budget;
+    return open(file, budget);
 }
 
 TableReader TableReader::describing(std::vector<KeyDoc>& docs)
@@ -71,9 +93,13 @@ bool TableReader::has(const char* name) const
 }
 bool TableReader::isDescribing() const { return m_state->docs != nullptr; }
 const fs::path& TableReader::file() const { return m_state->file; }
+fs::path TableReader::folder() const
+{
+    return streamOf(m_state->file) < 0 ? m_state->file.parent_path() : fs::path();
+}
 std::string TableReader::toml() const
 {
-    return m_state->value ? toml::format(*m_state->value) : std::string();
+    return m_state->value ? canonicalToml(*m_state->value) : std::string();
 }
 
 double TableReader::number(const Key& key, std::optional<double> fallback, Interval range)
@@ -90,11 +116,9 @@ int TableReader::integer(const Key& key, std::optional<int> fallback, Interval r
 {
     range.high = std::min(range.high, double(std::numeric_limits<int>::max()));
     range.low = std::max(range.low, double(std::numeric_limits<int>::min()));
-    const bool unlimited = range.high == std::numeric_limits<int>::max();
-    const Interval shown{range.low, unlimited ? kInfinity : range.high};
     m_state->describe(key, "integer", fallback ? std::to_string(*fallback) : "required",
-                      rangeText(shown));
-    const std::string expected = withRange("a whole number", shown);
+                      wholeRange(range));
+    const std::string expected = "a whole number, " + wholeRange(range);
     if (const auto* v = m_state->find(key)) {
         if (!v->is_integer()) m_state->fail(*v, key.name, expected);
         return static_cast<int>(m_state->real(*v, key.name, range, expected));
@@ -103,12 +127,22 @@ int TableReader::integer(const Key& key, std::optional<int> fallback, Interval r
     return fallback.value_or(static_cast<int>(lowest(range)));
 }
 
+std::uint64_t TableReader::seed(const Key& key, std::uint64_t fallback)
+{
+    m_state->describe(key, "integer", std::to_string(fallback), ">= 0");
+    const auto* v = m_state->find(key);
+    if (!v) return fallback;
+    if (!v->is_integer() || v->as_integer()->get() < 0)
+        m_state->fail(*v, key.name, "a whole number >= 0");
+    return static_cast<std::uint64_t>(v->as_integer()->get());
+}
+
 bool TableReader::flag(const Key& key, bool fallback)
 {
     m_state->describe(key, "boolean", fallback ? "true" : "false", "");
     const auto* v = m_state->find(key);
     if (v && !v->is_boolean()) m_state->fail(*v, key.name, "true or false");
-    return v ? v->as_boolean() : fallback;
+    return v ? v->as_boolean()->get() : fallback;
 }
 
 std::string TableReader::text(const Key& key, std::optional<std::string> fallback)
@@ -116,25 +150,17 @@ std::string TableReader::text(const Key& key, std::optional<std::string> fallbac
     m_state->describe(key, "string", fallback ? '"' + *fallback + '"' : "required", "");
     if (const auto* v = m_state->find(key)) {
         if (!v->is_string()) m_state->fail(*v, key.name, "a string");
-        return v->as_string().str;
+        return v->as_string()->get();
     }
     if (!fallback) m_state->missing(key, "a string");
     return fallback.value_or("");
 }
 
-std::vector<std::string> TableReader::texts(const Key& key, std::vector<std::string> fallback)
+std::string TableReader::name(const Key& key, std::optional<std::string> fallback)
 {
-    m_state->describe(key, "strings", fallback.empty() ? "[]" : joined(fallback, ", "), "");
-    const auto* v = m_state->find(key);
-    if (!v) return fallback;
-    if (v->is_string()) return {v->as_string().str};
-    if (!v->is_array()) m_state->fail(*v, key.name, "a string or an array of strings");
-    std::vector<std::string> result;
-    for (const toml::value& x : v->as_array()) {
-        if (!x.is_string()) m_state->fail(x, key.name, "a string");
-        result.push_back(x.as_string().str);
-    }
-    return result;
+    std::string text = this->text(key, std::move(fallback));
+    require(!has(key.name) || isName(text), key.name, kNameRule);
+    return text;
 }
 
 fs::path TableReader::path(const Key& key, std::optional<std::string> fallback)
@@ -142,13 +168,32 @@ fs::path TableReader::path(const Key& key, std::optional<std::string> fallback)
     m_state->describe(key, "path", fallback ? '"' + *fallback + '"' : "required", "");
     std::string given;
     if (const auto* v = m_state->find(key)) {
-        if (!v->is_string() || v->as_string().str.empty()) m_state->fail(*v, key.name, "a path");
-        given = v->as_string().str;
+        if (!v->is_string() || !isPath(v->as_string()->get()))
+            m_state->fail(*v, key.name, "a path of printable characters");
+        given = v->as_string()->get();
     } else {
         if (!fallback) m_state->missing(key, "a path, relative to the scene file");
         given = fallback.value_or("");
     }
-    return given.empty() ? fs::path() : m_state->file.parent_path() / given;
+    return given.empty() ? fs::path() : folder() / given;
+}
+
+std::vector<fs::path> TableReader::paths(const Key& key, std::vector<fs::path> fallback)
+{
+    m_state->describe(key, "paths", "[]", "");
+    const auto* v = m_state->find(key);
+    if (!v) return fallback;
+    const char* expected = "a path of printable characters, or an array of such paths";
+    if (!v->is_string() && !v->is_array()) m_state->fail(*v, key.name, expected);
+    std::vector<fs::path> result;
+    const auto add = [&](const toml::node& x) {
+        if (!x.is_string() || !isPath(x.as_string()->get())) m_state->fail(x, key.name, expected);
+        result.push_back(folder() / x.as_string()->get());
+    };
+    if (v->is_string()) add(*v);
+    else
+        for (const toml::node& x : *v->as_array()) add(x);
+    return result;
 }
 
 std::vector<double> TableReader::numbers(const Key& key, std::vector<double> fallback,
@@ -159,6 +204,22 @@ std::vector<double> TableReader::numbers(const Key& key, std::vector<double> fal
     const auto* v = m_state->find(key);
     return v ? m_state->reals(*v, key.name, range, withRange("an array of numbers", range))
              : fallback;
+}
+
+std::vector<int> TableReader::integers(const Key& key, std::vector<int> fallback, Interval range)
+{
+    m_state->describe(key, "array of integers", fmt::format("[{}]", fmt::join(fallback, ", ")),
+                      wholeRange(range));
+    const auto* v = m_state->find(key);
+    if (!v) return fallback;
+    const std::string expected =
+        fmt::format("{} whole numbers, {}", fallback.size(), wholeRange(range));
+    if (!v->is_array() || v->as_array()->size() != fallback.size())
+        m_state->fail(*v, key.name, expected);
+    for (const toml::node& x : *v->as_array())
+        if (!x.is_integer()) m_state->fail(x, key.name, expected);
+    const std::vector<double> numbers = m_state->reals(*v, key.name, range, expected);
+    return {numbers.begin(), numbers.end()};
 }
 
 Vec3d TableReader::vector(const Key& key, std::optional<Vec3d> fallback, Interval range)
@@ -183,7 +244,7 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
         withRange("a colour, [r, g, b] (linear) or \"#rrggbb\" (sRGB),", range);
     if (const auto* v = m_state->find(key)) {
         if (v->is_string()) {
-            const std::string& s = v->as_string().str;
+            const std::string& s = v->as_string()->get();
             if (s.size() != 7 || s[0] != '#'
                 || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
                 m_state->fail(*v, key.name, expected);
@@ -244,9 +305,9 @@ int TableReader::word(const Key& key, std::optional<int> fallback,
     const std::string expected = "one of \"" + joined(words, "\", \"") + "\"";
     if (const auto* v = m_state->find(key)) {
         if (!v->is_string()) m_state->fail(*v, key.name, expected);
-        const auto it = std::find(words.begin(), words.end(), v->as_string().str);
+        const auto it = std::find(words.begin(), words.end(), v->as_string()->get());
         if (it == words.end()) {
-            const std::string hint = nearestSpelling(v->as_string().str, words);
+            const std::string hint = spellingHint(v->as_string()->get(), words);
             m_state->fail(*v, key.name,
                           hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
         }
@@ -262,13 +323,13 @@ TableReader TableReader::table(const Key& key)
     if (m_state->docs) m_state->docs->push_back({name, "", "table", "", "", "", key.meaning});
     const auto* v = m_state->find(key);
     if (v && !v->is_table()) m_state->fail(*v, key.name, fmt::format("a table [{}]", name));
-    return TableReader(m_state->child(name, v));
+    return TableReader(m_state->child(name, v ? v->as_table() : nullptr));
 }
 
 std::vector<TableReader> TableReader::tables(const Key& key)
 {
     std::vector<TableReader> result;
-    const auto add = [&](const toml::value* v) {
+    const auto add = [&](const toml::table* v) {
         result.push_back(TableReader(m_state->child(m_state->path(key.name), v)));
     };
     if (m_state->docs) {
@@ -279,9 +340,9 @@ std::vector<TableReader> TableReader::tables(const Key& key)
     if (const auto* v = m_state->find(key)) {
         const std::string expected = fmt::format("tables [[{}]]", m_state->path(key.name));
         if (!v->is_array()) m_state->fail(*v, key.name, expected);
-        for (const toml::value& x : v->as_array()) {
+        for (const toml::node& x : *v->as_array()) {
             if (!x.is_table()) m_state->fail(x, key.name, expected);
-            add(&x);
+            add(x.as_table());
         }
     }
     return result;
@@ -290,7 +351,7 @@ std::vector<TableReader> TableReader::tables(const Key& key)
 std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& key)
 {
     std::vector<std::pair<std::string, TableReader>> result;
-    const auto add = [&](const std::string& name, const toml::value* v) {
+    const auto add = [&](const std::string& name, const toml::table* v) {
         result.emplace_back(name,
                             TableReader(m_state->child(m_state->path(key.name) + "." + name, v)));
     };
@@ -302,19 +363,14 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
     if (const auto* v = m_state->find(key)) {
         if (!v->is_table())
             m_state->fail(*v, key.name, fmt::format("tables [{}.NAME]", m_state->path(key.name)));
-        std::vector<std::pair<std::string, const toml::value*>> sorted;
-        for (const auto& [name, x] : v->as_table()) sorted.emplace_back(name, &x);
-        std::sort(sorted.begin(), sorted.end());
-        for (const auto& [name, x] : sorted) {
-            if (!x->is_table())
-                m_state->fail(*x, key.name,
-                              fmt::format("a table [{}.{}]", m_state->path(key.name), name));
-            if (name.find_first_not_of(
-                    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
-                != name.npos)
-                m_state->fail(*x, key.name,
-                              "a name of letters, digits, '_' and '-', not '" + name + "',");
-            add(name, x);
+        for (const auto& [k, x] : *v->as_table()) { // sorted
+            const std::string name(k.str()), path = m_state->path(key.name);
+            if (!x.is_table())
+                m_state->fail(x, key.name, fmt::format("a table [{}.{}]", path, printable(name)));
+            if (!isName(name))
+                m_state->fail(x, key.name,
+                              fmt::format("{}, not '{}',", kNameRule, printable(name)));
+            add(name, x.as_table());
         }
     }
     return result;
@@ -323,32 +379,45 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
 void TableReader::require(bool holds, const char* name, const std::string& expected) const
 {
     if (holds || m_state->docs) return;
-    if (m_state->value && m_state->value->contains(name))
-        m_state->fail(m_state->value->as_table().at(name), name, expected);
+    const toml::node* v = m_state->value ? m_state->value->get(name) : nullptr;
+    if (v) m_state->fail(*v, name, expected);
     throw Error(fmt::format("{}: {}: expected {}", place(), m_state->path(name), expected));
 }
 
 void TableReader::finish() const
 {
     if (m_state->docs || !m_state->value) return;
-    for (const auto& [name, v] : m_state->value->as_table()) {
-        if (std::find(m_state->known.begin(), m_state->known.end(), name) != m_state->known.end())
-            continue;
-        const std::string hint = nearestSpelling(name, m_state->known);
-        const std::string advice = hint.empty() ? "known keys here: " + joined(m_state->known, ", ")
-                                                : "did you mean '" + hint + "'?";
-        throw Error(pointed(fmt::format("{}:{}: unknown key '{}'; {}", file().string(),
-                                        v.location().line(), m_state->path(name.c_str()), advice),
-                            v, advice));
+    const auto& known = m_state->known;
+    const toml::key* first = nullptr; // in the file
+    for (const auto& [key, v] : *m_state->value)
+        if (std::find(known.begin(), known.end(), key.str()) == known.end()
+            && (!first || key.source().begin < first->source().begin))
+            first = &key;
+    if (!first) return;
+    const std::string name(first->str()), hint = spellingHint(name, known);
+    const std::string advice =
+        hint.empty() ? "known keys here: " + joined(known, ", ") : "did you mean '" + hint + "'?";
+    const toml::source_region& at = first->source();
+    throw Error(m_state->source->pointed(
+        fmt::format("{}:{}: unknown key '{}'; {}", file().string(), at.begin.line,
+                    m_state->path(printable(name).c_str()), advice),
+        at, advice));
+}
+
+void TableReader::check(const std::function<void()>& f) const
+{
+    if (m_state->docs) return;
+    try {
+        f();
+    } catch (const Error& e) {
+        throw Error(place() + ": " + e.what());
     }
 }
 
 std::string TableReader::place() const
 {
-    std::string where = m_state->file.string();
-    if (m_state->value && !m_state->name.empty())
-        where += fmt::format(":{}: [{}]", m_state->value->location().line(), m_state->name);
-    return where;
+    if (!m_state->value || m_state->name.empty()) return m_state->file.string();
+    return m_state->at(*m_state->value) + ": [" + m_state->name + "]";
 }
 
 } // namespace volcomp

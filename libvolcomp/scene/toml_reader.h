@@ -7,7 +7,9 @@
 // the value underlined and what was expected.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +29,14 @@ constexpr Interval kUnit{0, 1};
 constexpr Interval kNotNegative{0, kInfinity};
 constexpr Interval kPositive{std::numeric_limits<double>::min(), kInfinity}; ///< printed as "> 0"
 
+/// What the files of one scene may still hold, all together: what reads a file takes from it what
+/// the file holds. So a scene of any bytes is read, or refused, in seconds and in memory that is
+/// known.
+struct ReadBudget {
+    std::size_t bytes = 32 << 20;
+    std::size_t tables = 200'000;
+};
+
 /// Name and documentation of one key. `unit` may be empty.
 struct Key {
     const char* name;
@@ -34,10 +44,17 @@ struct Key {
     const char* meaning;
 };
 
+/// Whether a text may name something: it is part of the names of files, grids and channels. It has
+/// letters (of any language), digits, '_' and '-', and single spaces between them, and at most 100
+/// bytes.
+bool isName(const std::string& text);
+
 /// One table of the file.
 class TableReader {
 public:
-    /// The root table of a file. Throws Error if the file is missing, unreadable or not TOML.
+    /// The root table of a file, or of what comes through a pipe (/dev/stdin, /dev/fd/N). Throws
+    /// Error if the file is missing, unreadable or not TOML, or holds more than the budget.
+    static TableReader open(const std::filesystem::path& file, ReadBudget& budget);
     static TableReader open(const std::filesystem::path& file);
 
     /// A reader of no file. Every call adds a row to `docs` and returns its default; for a required
@@ -56,14 +73,22 @@ public:
     // floats, and must be finite.
     double number(const Key&, std::optional<double> fallback, Interval range);
     int integer(const Key&, std::optional<int> fallback, Interval range);
+    /// A whole number from 0 to 2^63 - 1, for random numbers.
+    std::uint64_t seed(const Key&, std::uint64_t fallback);
     bool flag(const Key&, bool fallback);
     std::string text(const Key&, std::optional<std::string> fallback);
-    /// One string or an array of them.
-    std::vector<std::string> texts(const Key&, std::vector<std::string> fallback);
-    /// A path relative to the scene file. A fallback of "" stays empty.
+    /// A name as isName() allows.
+    std::string name(const Key&, std::optional<std::string> fallback);
+    /// A path relative to the scene file's folder. A fallback of "" stays empty.
     std::filesystem::path path(const Key&, std::optional<std::string> fallback);
+    /// One such path or an array of them.
+    std::vector<std::filesystem::path> paths(const Key&,
+                                             std::vector<std::filesystem::path> fallback);
     /// An array of any length.
     std::vector<double> numbers(const Key&, std::vector<double> fallback, Interval range);
+
+    /// `count` whole numbers.
+    std::vector<int> integers(const Key&, std::vector<int> fallback, Interval range);
 
     /// Three numbers. A single number is not accepted.
     Vec3d vector(const Key&, std::optional<Vec3d> fallback, Interval range = kAny);
@@ -103,11 +128,18 @@ public:
     /// Throws Error for the first key that was not read, with the nearest known key. Call it last.
     void finish() const;
 
-    /// "[material.fur] at scene.toml:12", for messages about the table as a whole.
+    /// Calls f(), which checks what was read. An Error that it throws becomes one that begins with
+    /// place(). Does nothing while describing.
+    void check(const std::function<void()>& f) const;
+
+    /// "scene.toml:12: [material.fur]", for messages about the table as a whole.
     std::string place() const;
     const std::filesystem::path& file() const;
+    /// What relative paths in the file start from: its folder; for a pipe the current folder.
+    std::filesystem::path folder() const;
 
-    /// The table as TOML, without comments; empty while describing and if the table is absent.
+    /// The table as TOML; empty while describing and if the table is absent. Tables that say the
+    /// same give the same text, whatever their order, comments and spelling in the file.
     std::string toml() const;
 
 private:

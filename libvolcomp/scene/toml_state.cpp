@@ -11,20 +11,6 @@
 #include "volcomp/base/text.h"
 
 namespace volcomp {
-namespace {
-
-/// The value as a message shows it, at most 60 characters.
-std::string found(const toml::value& v)
-{
-    std::string text = toml::format(v);
-    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-    if (text.size() > 60) text = text.substr(0, 57) + "...";
-    if (v.is_table()) return "a table";
-    return text;
-}
-
-} // namespace
-
 std::string rangeText(Interval r)
 {
     const bool low = std::isfinite(r.low), high = std::isfinite(r.high);
@@ -41,17 +27,20 @@ std::string withRange(const std::string& type, Interval r)
     return range.empty() ? type : type + " " + range;
 }
 
-std::string pointed(const std::string& message, const toml::value& at, const std::string& note)
+std::string spellingHint(const std::string& word, const std::vector<std::string>& known)
 {
-    const std::string text = toml::format_error(message, at, note), prefix = "[error] ";
-    return text.rfind(prefix, 0) == 0 ? text.substr(prefix.size()) : text;
+    return word.size() > 100 ? std::string() : nearestSpelling(word, known);
 }
 
-const toml::value* TableReader::State::find(const Key& key) const
+const toml::node* TableReader::State::find(const Key& key) const
 {
     known.emplace_back(key.name);
-    if (!value || !value->contains(key.name)) return nullptr;
-    return &value->as_table().at(key.name);
+    return value ? value->get(key.name) : nullptr;
+}
+
+std::string TableReader::State::at(const toml::node& v) const
+{
+    return fmt::format("{}:{}", file.string(), v.source().begin.line);
 }
 
 std::string TableReader::State::path(const char* key) const
@@ -60,11 +49,11 @@ std::string TableReader::State::path(const char* key) const
 }
 
 std::unique_ptr<TableReader::State> TableReader::State::child(std::string full_name,
-                                                              const toml::value* table) const
+                                                              const toml::table* table) const
 {
     auto state = std::make_unique<State>();
     state->file = file;
-    state->root = root;
+    state->source = source;
     state->name = std::move(full_name);
     state->docs = docs;
     state->value = table;
@@ -79,12 +68,13 @@ void TableReader::State::describe(const Key& key, std::string type, std::string 
                          key.unit, key.meaning});
 }
 
-void TableReader::State::fail(const toml::value& at, const char* key,
+void TableReader::State::fail(const toml::node& at, const char* key,
                               const std::string& expected) const
 {
-    throw Error(pointed(fmt::format("{}:{}: {}: expected {}, found {}", file.string(),
-                                    at.location().line(), path(key), expected, found(at)),
-                        at, "expected " + expected));
+    const std::string found = at.is_table() ? "a table" : source->shown(at.source());
+    throw Error(source->pointed(
+        fmt::format("{}: {}: expected {}, found {}", this->at(at), path(key), expected, found),
+        at.source(), "expected " + expected));
 }
 
 void TableReader::State::missing(const Key& key, const std::string& type) const
@@ -94,35 +84,35 @@ void TableReader::State::missing(const Key& key, const std::string& type) const
         fmt::format("{} ({}{}{})", type, key.meaning, *key.unit ? ", " : "", key.unit);
     std::string advice = fmt::format("add {} = ... to this table", key.name);
     if (value)
-        for (const auto& [other, v] : value->as_table()) // close enough to be the key, misspelt
-            if (editDistance(other, key.name) <= std::strlen(key.name) / 3)
-                advice = fmt::format("is '{}' meant to be '{}'?", other, key.name);
-    if (value && value->location().line() > 0 && !name.empty())
-        throw Error(
-            pointed(fmt::format("{}:{}: [{}]: the key '{}' is missing; expected {}", file.string(),
-                                value->location().line(), name, key.name, expected),
-                    *value, advice));
+        for (const auto& [other, v] : *value) // close enough to be the key, misspelt
+            if (other.str().size() <= 2 * std::strlen(key.name)
+                && editDistance(std::string(other.str()), key.name) <= std::strlen(key.name) / 3)
+                advice = fmt::format("is '{}' meant to be '{}'?", other.str(), key.name);
+    if (value && value->source().begin.line > 0 && !name.empty())
+        throw Error(source->pointed(fmt::format("{}: [{}]: the key '{}' is missing; expected {}",
+                                                at(*value), name, key.name, expected),
+                                    value->source(), advice));
     throw Error(fmt::format("{}: the key '{}' is missing; expected {}", file.string(),
                             path(key.name), expected));
 }
 
-double TableReader::State::real(const toml::value& v, const char* key, Interval range,
+double TableReader::State::real(const toml::node& v, const char* key, Interval range,
                                 const std::string& expected) const
 {
     double x = 0;
-    if (v.is_integer()) x = static_cast<double>(v.as_integer());
-    else if (v.is_floating()) x = v.as_floating();
+    if (v.is_integer()) x = static_cast<double>(v.as_integer()->get());
+    else if (v.is_floating_point()) x = v.as_floating_point()->get();
     else fail(v, key, expected);
     if (!std::isfinite(x) || x < range.low || x > range.high) fail(v, key, expected);
     return x;
 }
 
-std::vector<double> TableReader::State::reals(const toml::value& v, const char* key, Interval range,
+std::vector<double> TableReader::State::reals(const toml::node& v, const char* key, Interval range,
                                               const std::string& expected) const
 {
     if (!v.is_array()) fail(v, key, expected);
     std::vector<double> result;
-    for (const toml::value& x : v.as_array()) result.push_back(real(x, key, range, expected));
+    for (const toml::node& x : *v.as_array()) result.push_back(real(x, key, range, expected));
     return result;
 }
 

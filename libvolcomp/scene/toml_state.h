@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <toml.hpp>
-
+#include "volcomp/scene/toml_file.h"
 #include "volcomp/scene/toml_reader.h"
 
 namespace volcomp {
@@ -17,37 +16,40 @@ namespace volcomp {
 std::string rangeText(Interval range);
 /// "TYPE RANGE", or the type alone if the interval has no bounds.
 std::string withRange(const std::string& type, Interval range);
-/// A message with the line of the file below it, and `note` under the value.
-std::string pointed(const std::string& message, const toml::value& at, const std::string& note);
+/// The known word that a misspelt one may mean; an empty text if there is none, or if the word is
+/// so long that comparing it takes time.
+std::string spellingHint(const std::string& word, const std::vector<std::string>& known);
 
 struct TableReader::State {
     std::filesystem::path file;
-    std::string name;                        ///< dotted, as the documentation shows it
-    const toml::value* value = nullptr;      ///< the table; null if it is absent
-    std::shared_ptr<const toml::value> root; ///< keeps `value` alive
-    std::vector<KeyDoc>* docs = nullptr;     ///< not null while describing
-    mutable std::vector<std::string> known;  ///< the keys that were read
+    std::string name;                       ///< dotted, as the documentation shows it
+    const toml::table* value = nullptr;     ///< the table; null if it is absent
+    std::shared_ptr<const TomlFile> source; ///< keeps `value` alive; null while describing
+    std::vector<KeyDoc>* docs = nullptr;    ///< not null while describing
+    mutable std::vector<std::string> known; ///< the keys that were read
 
     /// The value of a key, which counts as read from then on; null if it is absent.
-    const toml::value* find(const Key& key) const;
+    const toml::node* find(const Key& key) const;
     /// "table.key", as messages show it.
     std::string path(const char* key) const;
+    /// "FILE:LINE", the line of a value.
+    std::string at(const toml::node& v) const;
     /// The state of a table inside this one.
-    std::unique_ptr<State> child(std::string full_name, const toml::value* table) const;
+    std::unique_ptr<State> child(std::string full_name, const toml::table* table) const;
     /// Adds a row to the documentation while describing.
     void describe(const Key& key, std::string type, std::string fallback, std::string range) const;
 
     /// Throws the Error that points at a value.
-    [[noreturn]] void fail(const toml::value& at, const char* key,
+    [[noreturn]] void fail(const toml::node& at, const char* key,
                            const std::string& expected) const;
     /// Throws the Error for an absent required key, unless describing.
     void missing(const Key& key, const std::string& type) const;
 
     /// The number or numbers of a value. Throws as fail() does if it is of another type, not finite
     /// or out of range.
-    double real(const toml::value& v, const char* key, Interval range,
+    double real(const toml::node& v, const char* key, Interval range,
                 const std::string& expected) const;
-    std::vector<double> reals(const toml::value& v, const char* key, Interval range,
+    std::vector<double> reals(const toml::node& v, const char* key, Interval range,
                               const std::string& expected) const;
 };
 

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "volcomp/base/error.h"
+#include "tests/support/message_of.h"
+#include "tests/support/temporary_folder.h"
 
 namespace volcomp {
 namespace {
@@ -74,6 +76,182 @@ TEST_F(SceneFile, includedMaterialsAndBoxesCanBeUsedAndReplaced)
     EXPECT_NE(messageOf("include = \"none.toml\"\n")
                   .find(".toml:1: include: expected files relative to this one"),
               std::string::npos);
+}
+
+constexpr const char* kTuft =
+    "[box.tuft]\nmaterial = \"fur\"\n[[box.tuft.level]]\nlength = 1\nradius = 0.1\n";
+
+TEST_F(SceneFile, includesMayMeetAgainAndBeLong)
+{
+    const TemporaryFolder folder;
+    const auto include = [](const std::string& names) { return "include = [" + names + "]\n"; };
+    // a includes b and c, which both include d.
+    folder.write("d.toml", std::string(kMaterial) + kTuft);
+    folder.write("b.toml", include("'d.toml', './d.toml'"));
+    folder.write("c.toml", include("'../" + folder.path().filename().string() + "/d.toml'"));
+    Scene scene = readScene(folder.write("a.toml", include("'b.toml', 'c.toml'")));
+    EXPECT_EQ(scene.boxes.size(), 1u);
+    EXPECT_EQ(scene.scene_files,
+              (std::vector<fs::path>{folder / "d.toml", folder / "b.toml", folder / "c.toml",
+                                     folder / "a.toml"}));
+    // Each of 40 files includes the next one twice: 2^40 ways lead to the last one.
+    folder.write("way40.toml", std::string(kMaterial) + kTuft);
+    for (int i = 0; i < 40; ++i) {
+        const std::string next = "'way" + std::to_string(i + 1) + ".toml'";
+        folder.write("way" + std::to_string(i) + ".toml", include(next + ", " + next));
+    }
+    EXPECT_EQ(readScene(folder / "way0.toml").materials.size(), 1u);
+    // 1000 files in a row, each with a material of its own.
+    for (int i = 0; i < 1000; ++i)
+        folder.write("row" + std::to_string(i) + ".toml",
+                     include(i == 0 ? "" : "'row" + std::to_string(i - 1) + ".toml'")
+                         + "[material.m" + std::to_string(i) + "]\n");
+    scene = readScene(folder / "row999.toml");
+    ASSERT_EQ(scene.materials.size(), 1000u);
+    EXPECT_EQ(scene.materials.front().name, "m999");
+    EXPECT_EQ(scene.materials.back().name, "m0");
+    // One file, ten thousand times; and more than there may be.
+    std::string names;
+    for (int i = 0; i < 10000; ++i) names += "'d.toml', ";
+    EXPECT_EQ(readScene(folder.write("many.toml", include(names))).scene_files.size(), 2u);
+    for (int i = 0; i < 4; ++i) names += names;
+    EXPECT_NE(volcomp::messageOf([&] {
+                  readScene(folder.write("more.toml", include(names)));
+              }).find("more.toml:1: include: expected at most 100000 includes"),
+              std::string::npos);
+}
+
+TEST_F(SceneFile, filesThatIncludeEachOtherAreNamed)
+{
+    const TemporaryFolder folder;
+    const auto expectCircle = [&](const std::string& names) {
+        const std::string message = volcomp::messageOf([&] { readScene(folder / "a.toml"); });
+        EXPECT_NE(message.find(names), std::string::npos) << message;
+    };
+    const std::string a = (folder / "a.toml").string(), b = (folder / "b.toml").string(),
+                      c = (folder / "c.toml").string();
+    folder.write("a.toml", "include = 'a.toml'\n");
+    expectCircle("do not include each other (" + a + " includes " + a + ")");
+    folder.write("a.toml", "include = 'b.toml'\n");
+    folder.write("b.toml", "\ninclude = 'c.toml'\n");
+    folder.write("c.toml", "include = 'b.toml'\n");
+    expectCircle(c + ":1: include: expected files that do not include each other (" + b
+                 + " includes " + c + " includes " + b + ")");
+}
+
+TEST_F(SceneFile, namesThatBreakFilesOrChannelsAreRefused)
+{
+    const std::string level = "[[box.tuft.level]]\nlength = 1\nradius = 0.1\nname = ",
+                      surface = "[surface.s]\nmesh = 'a.obj'\n",
+                      layer = kMaterial + std::string(kTuft) + surface
+        + "[[layer]]\nbox = 'tuft'\ndensity = 1\nname = ";
+    for (const std::string name :
+         {"\"\"", "\"a\\nb\"", "\"a/b\"", "\"..\"", "\"a:b\"", "\" a\"", "\"\\u007f\""}) {
+        for (const std::string& text :
+             {"[material." + name + "]\n", kMaterial + std::string("[box.") + name + "]\n",
+              "[surface." + name + "]\nmesh = 'a.obj'\n", layer + name, "[[light]]\nname = " + name,
+              kMaterial + std::string("[box.tuft]\nmaterial = 'fur'\n") + level + name})
+            EXPECT_NE(messageOf(text).find("a name of letters, digits, '_' and '-'"),
+                      std::string::npos)
+                << text << "\n"
+                << messageOf(text);
+    }
+    EXPECT_EQ(messageOf(layer + "\"rote T\xc3\xbclpen 2\"\n"), "no error");
+    for (const char* name : {"R", "A", "Z", "N", "albedo"})
+        EXPECT_NE(messageOf("[[light]]\n[[light]]\nname = '" + std::string(name) + "'\n")
+                      .find(":3: light.name: expected a name that no channel of the picture has"),
+                  std::string::npos)
+            << name;
+    EXPECT_NE(messageOf("[[light]]\nname = 'light2'\n[[light]]\n").find("no other light has"),
+              std::string::npos);
+    EXPECT_NE(messageOf(layer + "'a'\n[[layer]]\nbox = 'tuft'\ndensity = 1\nname = 'a'\n")
+                  .find("a name that no other layer has"),
+              std::string::npos);
+    EXPECT_NE(messageOf("[material.a]\n[material.b]\n[material.a]\n").find(":3:"),
+              std::string::npos);
+}
+
+TEST_F(SceneFile, valuesThatTheLibraryRefusesAreShownWithTheirPlace)
+{
+    // Each key is in its range; together they grow more than the limit.
+    EXPECT_NE(messageOf(kMaterial + std::string(kTuft) + "count = 1e9\nsegments = 10000\n")
+                  .find(".toml:3: [box.tuft]: box tuft:"),
+              std::string::npos);
+    for (const char* seed : {"9007199254740993", "9223372036854775807"})
+        EXPECT_EQ(messageOf(kMaterial + std::string("[box.tuft]\nmaterial = \"fur\"\nseed = ")
+                            + seed + "\n[[box.tuft.level]]\nlength = 1\nradius = 0.1\n"),
+                  "no error");
+    EXPECT_EQ(readScene(m_file).boxes.at(0).seed, 9223372036854775807u);
+    std::string levels;
+    for (int i = 0; i < 1001; ++i) levels += "[[box.tuft.level]]\nlength = 1\nradius = 0.1\n";
+    EXPECT_NE(messageOf(kMaterial + std::string("[box.tuft]\nmaterial = \"fur\"\n") + levels)
+                  .find("at most 1000 levels"),
+              std::string::npos);
+}
+
+TEST_F(SceneFile, aLevelThatSeemsToBelongOnTheGroundWarns)
+{
+    const auto warningsOf = [&](const std::string& second) {
+        EXPECT_EQ(messageOf(kMaterial + std::string(kTuft)
+                            + "[[box.tuft.level]]\nlength = 1\nradius = 0.1\n" + second),
+                  "no error");
+        return readScene(m_file).warnings;
+    };
+    for (const std::string key : {"spread = 0.1", "clump = 0.5", "clumps = 3"}) {
+        const std::vector<std::string> warnings = warningsOf(key + "\n");
+        ASSERT_EQ(warnings.size(), 1u);
+        EXPECT_NE(warnings[0].find(".toml:8: [box.tuft.level]: level 'level2' grows on 'level1'"),
+                  std::string::npos)
+            << warnings[0];
+        EXPECT_NE(warnings[0].find("parent = \"ground\""), std::string::npos);
+        EXPECT_TRUE(warningsOf(key + "\nparent = \"ground\"\n").empty());
+        EXPECT_TRUE(warningsOf(key + "\nparent = \"level1\"\n").empty());
+    }
+    EXPECT_TRUE(warningsOf("count = 9\n").empty());
+}
+
+TEST(Scenes, ourOwnWarnOfNothing)
+{
+    int count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(VOLCOMP_SOURCE "/scenes")) {
+        if (entry.path().extension() != ".toml") continue;
+        ++count;
+        const Scene scene = readScene(entry.path());
+        EXPECT_TRUE(scene.warnings.empty()) << scene.warnings[0];
+    }
+    EXPECT_GT(count, 10);
+}
+
+TEST_F(SceneFile, everyFileThatItNamesIsKnown)
+{
+    const TemporaryFolder folder;
+    folder.write("boxes.toml", std::string(kMaterial) + kTuft + "# 'no.obj'\n");
+    const Scene scene = readScene(folder.write("a.toml", R"(
+include = 'boxes.toml'
+[material.wall]
+kind = "surface"
+[surface.mesh]
+mesh = "a.obj"
+skin = "wall"
+skin_map = [{image = 'skin.png'}, {noise = 0.1}]
+[surface.ground]
+ground = [1, 1]
+height_map = "height.png"
+[[layer]]
+name = "no"
+surface = "mesh"
+box = "tuft"
+density = 1
+comb_map = "comb.png"
+where = [{image = "where.png"}, {image = "skin.png"}]
+size_map = [{image = "size.png"}]
+colour = [{image = "maps/colour.png"}]
+)"));
+    std::vector<fs::path> expected;
+    for (const char* name : {"a.obj", "a.toml", "boxes.toml", "comb.png", "height.png",
+                             "maps/colour.png", "size.png", "skin.png", "where.png"})
+        expected.push_back(folder.path() / name);
+    EXPECT_EQ(usedFiles(scene), expected);
 }
 
 TEST_F(SceneFile, unknownTablesAreRefused)

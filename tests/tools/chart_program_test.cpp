@@ -16,6 +16,8 @@ TEST_F(Programs, TheChartIsMeasuredOnceAndDrawn)
 {
     if (std::system("command -v gnuplot >/dev/null") != 0)
         GTEST_SKIP() << "gnuplot is not installed";
+    // What the scene names is told from texts that only look like names, however long they are.
+    write("scene.toml", kScene + ("# \"" + std::string(50000, 'x')) + "\"\n");
     const std::string command =
         "scene.toml -o chart --width 24 --samples 5 --no-voxels --stats chart.json";
     const Outcome first = run("chart", command);

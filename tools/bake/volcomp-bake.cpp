@@ -19,11 +19,9 @@ using namespace volcomp;
 namespace {
 
 /// Returns the rules of the boxes to bake: all, or those of the given names. Throws Error if there
-/// is none, or none of such a name.
+/// is none of such a name.
 std::vector<GrowthRule> chosenBoxes(const Scene& scene, const std::vector<std::string>& names)
 {
-    if (scene.boxes.empty())
-        throw fileError(scene.file, "box", "at least one [box.NAME] table", "none");
     if (names.empty()) return scene.boxes;
     const auto chosen = [&](const GrowthRule& rule) {
         return std::find(names.begin(), names.end(), rule.name) != names.end();
@@ -64,6 +62,12 @@ int main(int argc, char** argv)
     return tool.main(argc, argv, [&] {
         if (!sheet.empty()) requirePictureName(sheet);
         const Scene scene = readScene(scene_file);
+        for (const std::string& warning : scene.warnings) tool.warn(warning);
+        if (scene.boxes.empty() && only.empty()) { // a look at a mesh alone needs none
+            std::filesystem::create_directories(directory);
+            tool.say(scene_file.string() + ": no boxes");
+            return;
+        }
         std::vector<BoxThumbnail> thumbnails;
         for (const GrowthRule& rule : chosenBoxes(scene, only)) {
             std::uint64_t voxels = 0;

@@ -3,8 +3,7 @@
 
 #include <fstream>
 #include <iterator>
-#include <regex>
-#include <set>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -31,30 +30,13 @@ std::string readBytes(const fs::path& file)
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Returns every text between quotation marks. In a scene file, each file that it uses is one of
-/// them (a mesh, a map, an included scene); the others name no file.
-std::vector<std::string> quotedTexts(const std::string& toml)
+/// Returns a hash of the scene's file and of every file that it names and that exists.
+std::uint64_t hashFiles(const Scene& scene)
 {
-    static const std::regex quoted("\"([^\"\n]+)\"|'([^'\n]+)'");
-    std::vector<std::string> texts;
-    for (std::sregex_iterator m(toml.begin(), toml.end(), quoted), end; m != end; ++m)
-        texts.push_back((*m)[1].matched ? (*m)[1].str() : (*m)[2].str());
-    return texts;
-}
-
-/// Returns a hash of a file and, if it is a scene, of all files that it uses. A file in `seen`
-/// counts once.
-std::uint64_t hashFiles(const fs::path& file, std::set<fs::path>& seen)
-{
-    if (!seen.insert(file).second) return 0;
-    const std::string text = readBytes(file);
-    std::uint64_t hash = fnv1a(text);
-    if (file.extension() != ".toml") return hash;
-    for (const std::string& name : quotedTexts(text)) {
-        std::error_code code;
-        if (const fs::path named = file.parent_path() / name; fs::is_regular_file(named, code))
-            hash = hashKey(hash, hashFiles(fs::canonical(named, code), seen));
-    }
+    std::uint64_t hash = 0;
+    std::error_code code;
+    for (const fs::path& file : usedFiles(scene))
+        if (fs::is_regular_file(file, code)) hash = hashKey(hash, fnv1a(readBytes(file)));
     return hash;
 }
 
@@ -89,8 +71,7 @@ ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> 
     : m_tool(tool), m_scene(scene), m_leave_out(std::move(leave_out)),
       m_directory(std::move(directory))
 {
-    std::set<fs::path> seen;
-    m_scene_key = {hex(hashFiles(fs::canonical(scene.file), seen)), m_leave_out};
+    m_scene_key = {hex(hashFiles(scene)), m_leave_out};
     for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"})
         m_program_key.push_back(hex(fnv1a(readBytes(ownDirectory() / program))));
     fs::create_directories(m_directory);

@@ -303,7 +303,11 @@ void run(Tool& tool, const Options& options)
     if (!hasProgram("gnuplot"))
         throw Error(
             "gnuplot draws the charts, and it is not installed: apt-get install gnuplot-nox");
+    std::error_code code;
+    if (fs::is_other(options.scene, code)) // a pipe cannot be read again by what this one runs
+        throw fileError(options.scene, "", "a scene file (TOML)", "a pipe or a device");
     Scene scene = readScene(options.scene);
+    for (const std::string& warning : scene.warnings) tool.warn(warning);
     leaveOut(scene, options.leave_out);
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);

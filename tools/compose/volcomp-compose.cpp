@@ -152,10 +152,11 @@ void checkMemory(Tool& tool, const Options& options, const std::vector<Box>& box
                                     params.voxel));
 }
 
-/// Reads the scene, changed as the options say.
-Scene sceneOf(const Options& options)
+/// Reads the scene, changed as the options say, and prints its warnings.
+Scene sceneOf(const Tool& tool, const Options& options)
 {
     Scene scene = readScene(options.scene);
+    for (const std::string& warning : scene.warnings) tool.warn(warning);
     leaveOut(scene, options.leave_out);
     if (options.voxel > 0) scene.compose.voxel = options.voxel;
     return scene;
@@ -163,7 +164,7 @@ Scene sceneOf(const Options& options)
 
 void run(Tool& tool, const Options& options)
 {
-    const Scene scene = sceneOf(options);
+    const Scene scene = sceneOf(tool, options);
     const std::vector<Box> boxes = tool.stage(
         "read boxes", [&](const Progress& p) { return readBoxes(scene, options.boxes, p); });
     PlaceOptions place_options;

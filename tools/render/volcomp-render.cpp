@@ -173,9 +173,10 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     for (const auto& output : options.outputs) requirePictureName(output);
     if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
+    for (const std::string& warning : scene.warnings) tool.warn(warning);
     if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
         tool.warn(options.scene.string()
-                  + ": no [[light]] and no ambient light: everything in the picture will be black");
+                  + ": no [[light]] and no ambient light: the volume will be black");
     overrides.apply(scene.render);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);
