@@ -63,12 +63,11 @@ struct Corner {
 };
 
 /// Finds the display window and the data in it; returns the first pixel to keep. EXR has a display
-/// window, and TIFF if its size differs from the data's. An offset alone, which PNG knows too, is
-/// the place on a page and means nothing to a map.
-Corner readWindows(const OIIO::ImageSpec& spec, bool exr, ImageFile& image)
+/// window, and TIFF may have one. An offset alone, which PNG knows too, is the place on a page and
+/// means nothing to a map.
+Corner readWindows(const OIIO::ImageSpec& spec, bool has_display, ImageFile& image)
 {
-    const bool other_size = spec.full_width != spec.width || spec.full_height != spec.height;
-    if (!(exr || other_size) || spec.full_width < 1 || spec.full_height < 1) {
+    if (!has_display || spec.full_width < 1 || spec.full_height < 1) {
         image.width = spec.width;
         image.height = spec.height;
         image.data = {0, 0, spec.width, spec.height};
@@ -154,7 +153,7 @@ ImageFile readOpened(const std::filesystem::path& file, std::FILE* stream, Store
     image.channels.resize(std::size_t(spec.nchannels));
     image.alpha_channel = spec.alpha_channel;
     readCoding(spec, image);
-    const Corner corner = readWindows(spec, header.format == "openexr", image);
+    const Corner corner = readWindows(spec, header.has_display, image);
     readPixels(*in, spec, corner, file, image);
     return image;
 }

@@ -16,8 +16,9 @@ constexpr double kMostImageValues = 4e9;
 
 /// What the bytes of a file say about the image in it.
 struct ImageHeader {
-    std::string format; ///< OpenImageIO's name of the format
-    double bytes = 0;   ///< of the file
+    std::string format;       ///< OpenImageIO's name of the format
+    double bytes = 0;         ///< of the file
+    bool has_display = false; ///< true if it says a display window
 };
 
 /// Looks at the header of an open file. Throws Error with the file's name for a format that
