@@ -42,7 +42,10 @@ public:
         return Projected{0.5 * m_width + d.dot(m_frame.right) * f,
                          0.5 * m_height - d.dot(m_frame.up) * f, depth};
     }
+    /// Depth of a point along the view; negative behind the eye.
+    double depth(const Vec3d& p) const { return (p - m_camera.eye).dot(m_frame.forward); }
     const Vec3d& eye() const { return m_camera.eye; }
+    bool perspective() const { return m_camera.projection != Projection::orthographic; }
 
 private:
     const Camera& m_camera;
@@ -75,41 +78,88 @@ std::pair<int, int> pixelsBetween(double low, double high, int size)
             int(std::clamp(std::ceil(high), -1.0, double(size - 1)))};
 }
 
-void drawTriangle(Panel& panel, const Screen& screen, const Surface& surface, std::int32_t triangle,
-                  const Paint& paint)
+/// A corner of what is left of a triangle in front of the eye.
+struct Corner {
+    double b1, b2;  ///< weights of the triangle's second and third corner
+    Projected at{}; ///< on the picture
+};
+
+/// The part of a triangle in front of a plane just before the eye: 0, 3 or 4 corners. Further in,
+/// places on the picture would have no bounds.
+std::vector<Corner> inFront(const Screen& screen, const Vec3d (&points)[3])
 {
-    Projected p[3];
+    double depth[3], furthest = 0;
     for (int i = 0; i < 3; ++i) {
-        const std::int32_t corner = surface.mesh().triangles[triangle][i];
-        const auto found = screen.project(surface.mesh().points[corner]);
-        if (!found) return;
-        p[i] = *found;
+        depth[i] = screen.depth(points[i]);
+        furthest = std::max(furthest, (points[i] - screen.eye()).length());
     }
+    const double near_by = std::max(1e-8, 1e-7 * furthest);
+    const auto weights = [](int i) { return Corner{double(i == 1), double(i == 2)}; };
+    std::vector<Corner> corners;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3;
+        const Corner from = weights(i), to = weights(j);
+        if (depth[i] >= near_by) corners.push_back(from);
+        if ((depth[i] >= near_by) != (depth[j] >= near_by)) {
+            const double f = (near_by - depth[i]) / (depth[j] - depth[i]);
+            corners.push_back({from.b1 + (to.b1 - from.b1) * f, from.b2 + (to.b2 - from.b2) * f});
+        }
+    }
+    for (Corner& c : corners) {
+        const auto at =
+            screen.project(points[0] * (1 - c.b1 - c.b2) + points[1] * c.b1 + points[2] * c.b2);
+        if (!at) return {};
+        c.at = *at;
+    }
+    return corners;
+}
+
+/// Draws the part of a triangle of the surface that lies between three of its corners in front.
+void drawPiece(Panel& panel, const Screen& screen, const Surface& surface, std::int32_t triangle,
+               const Corner& a, const Corner& b, const Corner& c, const Paint& paint)
+{
     const double area =
-        (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[2].x - p[0].x) * (p[1].y - p[0].y);
-    if (!(std::abs(area) > 1e-12)) return;
-    const auto [left, right] = pixelsBetween(std::min({p[0].x, p[1].x, p[2].x}),
-                                             std::max({p[0].x, p[1].x, p[2].x}), panel.width);
-    const auto [top, bottom] = pixelsBetween(std::min({p[0].y, p[1].y, p[2].y}),
-                                             std::max({p[0].y, p[1].y, p[2].y}), panel.height);
+        (b.at.x - a.at.x) * (c.at.y - a.at.y) - (c.at.x - a.at.x) * (b.at.y - a.at.y);
+    if (!(std::abs(area) > 1e-12 && std::isfinite(area))) return;
+    const auto [left, right] = pixelsBetween(std::min({a.at.x, b.at.x, c.at.x}),
+                                             std::max({a.at.x, b.at.x, c.at.x}), panel.width);
+    const auto [top, bottom] = pixelsBetween(std::min({a.at.y, b.at.y, c.at.y}),
+                                             std::max({a.at.y, b.at.y, c.at.y}), panel.height);
+    // Weights on the screen become weights in the world by the depth, in a perspective.
+    const auto by_depth = [&](const Corner& corner) {
+        return screen.perspective() ? 1 / corner.at.depth : 1.0;
+    };
     for (int y = top; y <= bottom; ++y)
         for (int x = left; x <= right; ++x) {
-            const double dx = x + 0.5 - p[0].x, dy = y + 0.5 - p[0].y;
-            const double b1 = (dx * (p[2].y - p[0].y) - (p[2].x - p[0].x) * dy) / area;
-            const double b2 = ((p[1].x - p[0].x) * dy - dx * (p[1].y - p[0].y)) / area;
+            const double dx = x + 0.5 - a.at.x, dy = y + 0.5 - a.at.y;
+            const double b1 = (dx * (c.at.y - a.at.y) - (c.at.x - a.at.x) * dy) / area;
+            const double b2 = ((b.at.x - a.at.x) * dy - dx * (b.at.y - a.at.y)) / area;
             const double b0 = 1 - b1 - b2;
-            if (b0 < 0 || b1 < 0 || b2 < 0) continue;
-            // Weights on the screen become weights in the world by the depth.
-            const double w0 = b0 / p[0].depth, w1 = b1 / p[1].depth, w2 = b2 / p[2].depth,
-                         sum = w0 + w1 + w2;
-            const auto depth = static_cast<float>(1 / sum);
+            if (!(b0 >= 0 && b1 >= 0 && b2 >= 0)) continue;
+            double w0 = b0 * by_depth(a), w1 = b1 * by_depth(b), w2 = b2 * by_depth(c);
+            const double sum = w0 + w1 + w2;
+            w0 /= sum, w1 /= sum, w2 /= sum;
+            const auto depth =
+                static_cast<float>(w0 * a.at.depth + w1 * b.at.depth + w2 * c.at.depth);
             const std::size_t i = panel.index(x, y);
             if (depth >= panel.depth[i]) continue;
             panel.depth[i] = depth;
-            const SurfacePoint s = surface.at(triangle, w1 / sum, w2 / sum);
+            const SurfacePoint s = surface.at(triangle, w0 * a.b1 + w1 * b.b1 + w2 * c.b1,
+                                              w0 * a.b2 + w1 * b.b2 + w2 * c.b2);
             const double facing = std::abs(s.normal.dot((s.position - screen.eye()).unit()));
             panel.colour[i] = paint(s) * float(0.25 + 0.75 * facing);
         }
+}
+
+void drawTriangle(Panel& panel, const Screen& screen, const Surface& surface, std::int32_t triangle,
+                  const Paint& paint)
+{
+    const auto& c = surface.mesh().triangles[triangle];
+    const Vec3d points[3] = {surface.mesh().points[c[0]], surface.mesh().points[c[1]],
+                             surface.mesh().points[c[2]]};
+    const std::vector<Corner> corners = inFront(screen, points);
+    for (std::size_t k = 2; k < corners.size(); ++k)
+        drawPiece(panel, screen, surface, triangle, corners[0], corners[k - 1], corners[k], paint);
 }
 
 void drawSurface(Panel& panel, const Screen& screen, const Surface& surface, const Paint& paint)

@@ -55,6 +55,28 @@ PlacedLayer makeLayer(const std::vector<PlacedSurface>& surfaces, const Layer& l
     return placed;
 }
 
+/// Warns of a layer without boxes, or whose density asks for less than one.
+void warnOfFewBoxes(const PlacedLayer& l, const PlacedSurface& s,
+                    std::vector<std::string>& warnings)
+{
+    const double wanted = l.layer.density * s.surface.area();
+    const bool by_area = l.layer.sampling == Sampling::area;
+    const bool few = by_area && l.layer.density > 0 && wanted < 1 - 1e-9;
+    if (l.boxes > 0 && !few) return;
+    const std::string found = fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes);
+    if (l.layer.density == 0) warnings.push_back(found + ", as its density is 0.");
+    else if (few)
+        warnings.push_back(fmt::format(
+            "{}: a density of {:g} on the {:.4g} m^2 of surface '{}' asks for {:.4g}, and chance "
+            "decides. For one box that is certain write sampling = \"uv\", cells = [1, 1] and "
+            "density = 1, or set a higher density.",
+            found, l.layer.density, s.surface.area(), s.name, wanted));
+    else
+        warnings.push_back(
+            found + ": its 'where' or 'size_map' is about 0 wherever a sample fell"
+            + (by_area ? "." : ", or its cells are larger than the surface's part of (u,v)."));
+}
+
 } // namespace
 
 PlacedScene place(const std::vector<SurfaceSpec>& surfaces, const std::vector<Layer>& layers,
@@ -67,6 +89,10 @@ PlacedScene place(const std::vector<SurfaceSpec>& surfaces, const std::vector<La
     for (const SurfaceSpec& spec : surfaces) {
         scene.surfaces.push_back(loadPlacedSurface(spec));
         report(progress, ++done / steps);
+    }
+    for (const Layer& layer : layers) { // before any of them takes its time
+        const std::int32_t surface = indexOf(scene.surfaces, layer.surface, layer, "surface");
+        checkSamples(scene.surfaces[static_cast<std::size_t>(surface)].surface, layer);
     }
     for (const Layer& layer : layers) scene.layers.push_back(makeLayer(scene.surfaces, layer));
     // A walk over the mesh begins at the triangle under the box.
@@ -81,6 +107,7 @@ PlacedScene place(const std::vector<SurfaceSpec>& surfaces, const std::vector<La
                 static_cast<int>(i), kept, collector,
                 [&](double f) { report(progress, (done + f) / steps); });
         l.boxes = collector.size() - before;
+        warnOfFewBoxes(l, scene.surfaces[static_cast<std::size_t>(l.surface)], scene.warnings);
         ++done;
     }
     scene.boxes = collector.take();

@@ -45,6 +45,9 @@ struct PlacedScene {
     /// Placement::box counts the variants of these kinds, one kind after the other.
     std::vector<BoxKind> kinds;
     PlacementList boxes;
+    /// What a person should know of the layers, one sentence each: those without a box, and those
+    /// whose density asks for less than one.
+    std::vector<std::string> warnings;
 };
 
 /// What place() keeps beyond what compose() needs.

@@ -2,6 +2,7 @@
 #include "volcomp/place/placements_io.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <ostream>
@@ -21,12 +22,29 @@ std::string listOf(const V& v)
     return fmt::format("[{}, {}, {}]", v[0], v[1], v[2]);
 }
 
+/// A name in one line: line breaks and other control characters become \\x0A and so on.
+std::string oneLine(const std::string& name)
+{
+    std::string line;
+    for (const char c : name) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 32 || byte == 127) line += fmt::format("\\x{:02X}", byte);
+        else line += c;
+    }
+    return line;
+}
+
+/// A name as a JSON string. Bytes that are no UTF-8 become the replacement character.
+std::string jsonString(const std::string& name)
+{
+    return nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 void writeJson(std::ostream& out, const PlacedScene& scene)
 {
     std::vector<std::string> boxes, layers; // as JSON strings
-    for (const std::string& name : boxNames(scene.kinds))
-        boxes.push_back(nlohmann::json(name).dump());
-    for (const PlacedLayer& l : scene.layers) layers.push_back(nlohmann::json(l.layer.name).dump());
+    for (const std::string& name : boxNames(scene.kinds)) boxes.push_back(jsonString(name));
+    for (const PlacedLayer& l : scene.layers) layers.push_back(jsonString(l.layer.name));
     out << "[";
     for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
         const Placement& p = scene.boxes.placements[i];
@@ -47,9 +65,9 @@ void writePly(std::ostream& out, const PlacedScene& scene)
     const std::vector<std::string> boxes = boxNames(scene.kinds);
     out << "ply\nformat binary_little_endian 1.0\n";
     for (std::size_t i = 0; i < boxes.size(); ++i)
-        out << "comment box " << i << ' ' << boxes[i] << '\n';
+        out << "comment box " << i << ' ' << oneLine(boxes[i]) << '\n';
     for (std::size_t i = 0; i < scene.layers.size(); ++i)
-        out << "comment layer " << i << ' ' << scene.layers[i].layer.name << '\n';
+        out << "comment layer " << i << ' ' << oneLine(scene.layers[i].layer.name) << '\n';
     out << "element vertex " << scene.boxes.size()
         << "\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\n"
            "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float scale\nproperty int box\nproperty int layer\nend_header\n";
@@ -75,8 +93,11 @@ void writePly(std::ostream& out, const PlacedScene& scene)
 
 void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
 {
-    const bool json = file.extension() == ".json";
-    if (!json && file.extension() != ".ply")
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    const bool json = ending == ".json";
+    if (!json && ending != ".ply")
         throw fileError(file, "", "a name that ends in .json or .ply",
                         "'" + file.extension().string() + "'");
     writeStreamAtomically(

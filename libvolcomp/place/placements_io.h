@@ -12,7 +12,8 @@ namespace volcomp {
 /// (their names), position, scale, x_axis, y_axis, z_axis, tint and, if the scene keeps it
 /// (PlaceOptions::keep_uvs), uv. FILE.ply is binary and holds for each box x y z, nx ny nz (its y
 /// axis), red green blue (its tint, clamped to 1), its scale, and box and layer as numbers, which
-/// comments in the header name. Lengths are world units. The file appears under its name when it is
+/// comments in the header name (control characters as \x0A and so on). The ending may be in any
+/// case of letters. Lengths are world units. The file appears under its name when it is
 /// complete. Throws Error for another ending and for a file that cannot be written.
 void writePlacements(const std::filesystem::path& file, const PlacedScene& scene);
 

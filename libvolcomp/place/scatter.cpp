@@ -2,6 +2,7 @@
 #include "volcomp/place/scatter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -11,6 +12,7 @@
 #include "volcomp/base/error.h"
 #include "volcomp/base/hash.h"
 #include "volcomp/base/random.h"
+#include "volcomp/surface/unit_squares.h"
 
 namespace volcomp {
 namespace {
@@ -18,6 +20,9 @@ namespace {
 constexpr double kMostSamples = 5e8;
 constexpr std::uint64_t kChunk = 4096; ///< samples that one thread takes at a time
 constexpr std::uint64_t kBatch = 128;  ///< chunks that are placed before they are collected
+/// A painted direction along the surface that is shorter means none. Neutral grey of 8 bits is 127
+/// or 128 of 255, which is 1/255 away from 0 in each of three components.
+constexpr double kNoDirection = 2.0 / 255;
 
 /// A unit vector perpendicular to n. Continuous in n, except at n = -z (Duff and others, Building
 /// an orthonormal basis, revisited, JCGT 2017).
@@ -48,6 +53,15 @@ struct Maps {
     }
 };
 
+using Squares = std::vector<std::array<std::int64_t, 2>>;
+
+/// The unit squares of (u,v) that get cells; none for Sampling::area.
+Squares squaresOf(const Surface& surface, const Layer& layer)
+{
+    return layer.sampling == Sampling::uv ? unitSquares(surface, "layer '" + layer.name + "': ")
+                                          : Squares{};
+}
+
 /// How many samples a layer takes, and the chance of each where the second density is 1: a density
 /// of 2.5 becomes 3 samples, each kept with the chance 2.5 / 3.
 struct SampleCount {
@@ -56,13 +70,15 @@ struct SampleCount {
     double total;
 };
 
-SampleCount countSamples(const Surface& surface, const Layer& layer)
+SampleCount countSamples(const Surface& surface, const Layer& layer, const Squares& squares)
 {
     const bool by_uv = layer.sampling == Sampling::uv;
     const double wanted = by_uv ? layer.density : layer.density * surface.area();
-    const double cells = by_uv ? double(layer.cells_u) * layer.cells_v : 1;
-    const double strata = std::ceil(wanted);
-    return {strata, wanted / strata, strata * cells};
+    const double cells = by_uv ? double(layer.cells_u) * layer.cells_v * double(squares.size()) : 1;
+    // Rounding of the area does not make 1.0000000001 boxes of one two samples of half a chance.
+    const double strata = std::ceil(wanted * (1 - 1e-9));
+    if (strata == 0) return {0, 0, 0};
+    return {strata, std::min(1.0, wanted / strata), strata * cells};
 }
 
 /// Two axes of a box's frame; the third is their product.
@@ -75,9 +91,9 @@ class Placer {
 public:
     /// The arguments must outlive it.
     Placer(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
-           const KeptPlaces& kept, const Maps& maps)
+           const KeptPlaces& kept, const Maps& maps, const Squares& squares)
         : m_surface(surface), m_layer(layer), m_boxes(boxes), m_index(layer_index), m_kept(kept),
-          m_maps(maps), m_samples(countSamples(surface, layer)),
+          m_maps(maps), m_squares(squares), m_samples(countSamples(surface, layer, squares)),
           // The stream follows the layer's name, so that a layer put before it changes nothing.
           m_key(hashKey(layer.seed, fnv1a(layer.name)))
     {
@@ -85,26 +101,43 @@ public:
 
     void sample(std::uint64_t index, PlacementList& out) const
     {
-        Random random(hashKey(m_key, index));
-        if (m_layer.sampling == Sampling::area) {
-            const SurfacePoint s =
-                m_surface.atFraction((double(index) + random.uniform()) / m_samples.strata);
-            if (m_layer.sheets == Sheets::all || isFirst(s)) place(s, random, out);
+        if (m_layer.sampling == Sampling::uv) {
+            sampleCell(index, out);
             return;
         }
-        const std::uint64_t cell = index % (std::uint64_t(m_layer.cells_u) * m_layer.cells_v);
-        const double u = (double(cell % m_layer.cells_u) + random.uniform()) / m_layer.cells_u;
-        const double v = (double(cell / m_layer.cells_u) + random.uniform()) / m_layer.cells_v;
+        Random random(hashKey(m_key, index));
+        const SurfacePoint s =
+            m_surface.atFraction((double(index) + random.uniform()) / m_samples.strata);
+        if (m_layer.sheets == Sheets::all || isFirst(s)) place(s, random, out);
+    }
+
+private:
+    /// Cells count through a unit square, then through the next. A square's random numbers depend
+    /// on its place alone, so another square changes nothing.
+    void sampleCell(std::uint64_t index, PlacementList& out) const
+    {
+        const std::uint64_t cells = std::uint64_t(m_layer.cells_u) * m_layer.cells_v;
+        const std::uint64_t in_square = cells * static_cast<std::uint64_t>(m_samples.strata);
+        const auto& square = m_squares[index / in_square];
+        const std::uint64_t sample = index % in_square, cell = sample % cells;
+        const std::uint64_t square_key = square[0] == 0 && square[1] == 0
+            ? m_key
+            : hashKey(hashKey(~m_key, std::uint64_t(square[0])), std::uint64_t(square[1]));
+        const std::uint64_t key = hashKey(square_key, sample);
+        Random random(key);
+        const double u = double(square[0])
+            + (double(cell % m_layer.cells_u) + random.uniform()) / m_layer.cells_u;
+        const double v = double(square[1])
+            + (double(cell / m_layer.cells_u) + random.uniform()) / m_layer.cells_v;
         std::uint64_t sheet = 0;
         for (const SurfacePoint& s : m_surface.sheets({u, v})) {
-            Random own(hashKey(hashKey(m_key, index), sheet + 1));
+            Random own(hashKey(key, sheet + 1));
             place(s, own, out);
             ++sheet;
             if (m_layer.sheets == Sheets::first) break;
         }
     }
 
-private:
     bool isFirst(const SurfacePoint& s) const
     {
         const std::vector<SurfacePoint> all = m_surface.sheets(s.uv);
@@ -136,7 +169,8 @@ private:
         if (m_layer.combed) {
             Vec3d along = combDirection(s);
             along -= axis * along.dot(axis);
-            if (const double length = along.length(); length > 1e-6) {
+            if (const double length = along.length();
+                length > (m_maps.comb ? kNoDirection : 1e-6)) {
                 along /= length;
                 const double c = std::cos(m_layer.comb_angle), sine = std::sin(m_layer.comb_angle);
                 return {along * c - axis * sine, axis * c + along * sine};
@@ -198,6 +232,7 @@ private:
     int m_index;
     KeptPlaces m_kept;
     const Maps& m_maps;
+    const Squares& m_squares;
     SampleCount m_samples;
     std::uint64_t m_key;
 };
@@ -212,10 +247,6 @@ void check(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, 
             place + "its maps are looked up by texture coordinates, but the mesh of surface '"
             + layer.surface
             + "' has none; give the mesh some, or set the surface's 'projection' to sphere, cylinder or plane");
-    if (const double total = countSamples(surface, layer).total; !(total <= kMostSamples))
-        throw Error(place
-                    + fmt::format("expected at most {:g} samples, found {:g}; lower its density",
-                                  kMostSamples, total));
     if (boxes.first < 0 || boxes.count < 1
         || std::size_t(boxes.first) + std::size_t(boxes.count) > kMostBoxes || layer_index < 0
         || std::size_t(layer_index) >= kMostBoxes)
@@ -223,17 +254,37 @@ void check(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, 
                     + fmt::format("expected at most {} boxes and as many layers", kMostBoxes));
 }
 
+/// Throws Error if the layer asks for more samples than anybody waits for.
+void checkCount(const Surface& surface, const Layer& layer, const Squares& squares)
+{
+    const double total = countSamples(surface, layer, squares).total;
+    if (!(total <= kMostSamples))
+        throw Error(fmt::format(
+            "layer '{}': expected at most {:g} samples, found {:g}; lower its "
+            "{}, or check the size of surface '{}'",
+            layer.name, kMostSamples, total,
+            layer.sampling == Sampling::uv ? "'density' or 'cells'" : "'density'", layer.surface));
+}
+
 } // namespace
+
+void checkSamples(const Surface& surface, const Layer& layer)
+{
+    layer.validate();
+    if (layer.density > 0) checkCount(surface, layer, squaresOf(surface, layer));
+}
 
 void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes, int layer_index,
              const KeptPlaces& kept, PlacementCollector& out, const Progress& progress)
 {
     layer.validate();
+    const Squares squares = squaresOf(surface, layer);
+    if (layer.density > 0) checkCount(surface, layer, squares);
     const Maps maps(layer);
     check(surface, layer, boxes, layer_index, maps);
-    const auto count = static_cast<std::uint64_t>(countSamples(surface, layer).total);
+    const auto count = static_cast<std::uint64_t>(countSamples(surface, layer, squares).total);
     const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
-    const Placer placer(surface, layer, boxes, layer_index, kept, maps);
+    const Placer placer(surface, layer, boxes, layer_index, kept, maps, squares);
     SharedProgress done(progress, chunks);
     for (std::uint64_t first = 0; first < chunks; first += kBatch) {
         std::vector<PlacementList> pieces(std::min(kBatch, chunks - first));

@@ -27,6 +27,10 @@ struct KeptPlaces {
     bool uvs = false;       ///< PlacementList::uvs
 };
 
+/// Throws Error if a value of the layer is out of range, or if scatter() would refuse it for the
+/// number of its samples. Reads no maps.
+void checkSamples(const Surface& surface, const Layer& layer);
+
 /// Places one layer's boxes on its surface and appends them to `out`. A sample's random numbers
 /// depend on (layer.seed, layer.name, index of the sample) alone, so another map or another layer
 /// leaves the other placements where they are. Placements follow the order of the samples, and are

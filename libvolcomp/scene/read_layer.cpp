@@ -15,9 +15,10 @@ void readSampling(TableReader& r, Layer& l)
         r.number({"density", "1/m^2",
                   "boxes where the second density is 1: per square metre (area) or per cell (uv)"},
                  std::nullopt, {0, 1e12});
-    const auto cells =
-        r.integers({"cells", "", "[across, up]: cells of the map, for sampling = \"uv\""},
-                   {l.cells_u, l.cells_v}, {1, 65536});
+    const auto cells = r.integers(
+        {"cells", "",
+         "[across, up]: cells of the map, for sampling = \"uv\": of every unit square of (u,v) that the surface reaches"},
+        {l.cells_u, l.cells_v}, {1, 65536});
     l.cells_u = cells[0], l.cells_v = cells[1];
     l.sheets = r.choice<Sheets>(
         {"sheets", "",
@@ -58,10 +59,10 @@ void readComb(TableReader& r, Layer& l)
     l.comb = r.vector(
         {"comb", "", "world direction in which boxes lean along the surface; left out: none"},
         l.comb);
-    l.comb_map =
-        r.path({"comb_map", "",
-                "image instead of 'comb': red, green, blue from 0 to 1 mean x, y, z from -1 to 1"},
-               "");
+    l.comb_map = r.path(
+        {"comb_map", "",
+         "image instead of 'comb', of data (never converted from sRGB): red, green, blue from 0 to 1 mean x, y, z from -1 to 1; neutral grey means no direction, as without a comb, and the length does not count"},
+        "");
     l.comb_space = r.choice<CombSpace>(
         {"comb_space", "", "axes of comb_map: x along u and y along v, or the world's"},
         l.comb_space, {{"tangent", CombSpace::tangent}, {"world", CombSpace::world}});

@@ -8,11 +8,16 @@ namespace {
 MapFactor readFactor(TableReader& t, bool colour)
 {
     MapFactor m;
-    m.image = t.path({"image", "", "image file; several factors multiply"}, "");
+    m.image = t.path(
+        {"image", "",
+         colour
+             ? "image file of colours, which become linear RGB by what the file says (integers are sRGB, floats linear if it says nothing); several factors multiply"
+             : "image file of data: its numbers are taken as they are, never converted from sRGB; several factors multiply"},
+        "");
     m.channel = t.integer(
         {"channel", "", "of the image, from 0; -1: luminance, or red, green and blue for a colour"},
         m.channel, {-1, 1000});
-    m.wrap = t.choice<Wrap>({"wrap", "", "the image outside of its unit square"}, m.wrap,
+    m.wrap = t.choice<Wrap>({"wrap", "", "the image outside of the unit square of (u,v)"}, m.wrap,
                             {{"repeat", Wrap::repeat},
                              {"clamp", Wrap::clamp},
                              {"mirror", Wrap::mirror},

@@ -45,7 +45,9 @@ void readTerrain(TableReader& r, SurfaceSpec& s)
               "either 'mesh' or 'ground = [width, depth]'");
     if (ground.size() == 2) s.terrain.width = ground[0], s.terrain.depth = ground[1];
     s.terrain.height_map =
-        r.path({"height_map", "", "image whose luminance is the ground's height"}, "");
+        r.path({"height_map", "",
+                "image whose luminance is the ground's height; data, never converted from sRGB"},
+               "");
     const auto heights =
         r.numbers({"height", "m", "[at 0, at 1]: height of the ground where height_map is 0 and 1"},
                   {0, 1}, kAny);

@@ -16,6 +16,10 @@ double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 double perlin(const Vec3d& p, std::uint64_t seed)
 {
     const double cell[3] = {std::floor(p[0]), std::floor(p[1]), std::floor(p[2])};
+    // Where many octaves lie further away than whole numbers reach, they are 0.
+    const auto whole = [](double x) {
+        return static_cast<std::int64_t>(std::clamp(x, -9e18, 9e18));
+    };
     const double f[3] = {p[0] - cell[0], p[1] - cell[1], p[2] - cell[2]};
     const double w[3] = {fade(f[0]), fade(f[1]), fade(f[2])};
     double sum = 0;
@@ -24,8 +28,7 @@ double perlin(const Vec3d& p, std::uint64_t seed)
         double weight = 1, d[3];
         for (int i = 0; i < 3; ++i) {
             const int bit = corner >> i & 1;
-            key =
-                hashKey(key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]) + bit));
+            key = hashKey(key, static_cast<std::uint64_t>(whole(cell[i]) + bit));
             weight *= bit ? w[i] : 1 - w[i];
             d[i] = f[i] - bit;
         }

@@ -37,8 +37,8 @@ struct MapFactor {
 class SecondDensity {
 public:
     SecondDensity() = default;
-    /// `colour` says that images hold colours, which are converted from sRGB to linear RGB; numbers
-    /// are taken as they are.
+    /// `colour` says that images hold colours, which are converted to linear RGB by what their
+    /// files say; numbers are taken as they are.
     SecondDensity(const std::vector<MapFactor>& factors, bool colour);
 
     bool isConstant() const; ///< true if it is the same everywhere

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/surface/texture.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
@@ -31,6 +33,29 @@ int wrapped(std::int64_t x, int size, Wrap mode)
     return -1;
 }
 
+/// Place of a pixel of the picture in Texture::pixels; nothing where the file has none. (-1 is
+/// black.)
+std::optional<std::size_t> placeOf(const Texture& t, int column, int row)
+{
+    const int x = column - t.data.x, y = row - t.data.y;
+    if (column < 0 || row < 0 || x < 0 || y < 0 || x >= t.data.width || y >= t.data.height)
+        return std::nullopt;
+    return (static_cast<std::size_t>(y) * t.data.width + x) * t.channels;
+}
+
+void makeLinear(ImageFile& image)
+{
+    if (image.coding == ColourCoding::linear) return;
+    const std::size_t channels = image.channels.size();
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (static_cast<int>(i % channels) == image.alpha_channel) continue;
+        float& x = image.pixels[i];
+        x = image.coding == ColourCoding::srgb
+            ? linearFromSrgb(x)
+            : std::pow(std::max(0.0f, x), static_cast<float>(image.gamma));
+    }
+}
+
 } // namespace
 
 float Texture::sample(double u, double v, int channel, Wrap wrap) const
@@ -45,9 +70,8 @@ float Texture::sample(double u, double v, int channel, Wrap wrap) const
     const auto at = [&](double i, double j) {
         const int column = wrapped(static_cast<std::int64_t>(i), width, wrap),
                   row = wrapped(static_cast<std::int64_t>(j), height, wrap);
-        return column < 0 || row < 0
-            ? 0.0f
-            : pixels[(static_cast<std::size_t>(row) * width + column) * channels + channel];
+        const auto place = placeOf(*this, column, row);
+        return place ? pixels[*place + channel] : 0.0f;
     };
     const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
     const float top = at(x0, y0) * (1 - fx) + at(x0 + 1, y0) * fx;
@@ -69,9 +93,9 @@ Vec3f Texture::colour(double u, double v, Wrap wrap) const
     Vec3f sum(0.0f);
     for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i) {
-            if (rows[j] < 0 || columns[i] < 0) continue;
-            const float* p =
-                &pixels[(static_cast<std::size_t>(rows[j]) * width + columns[i]) * channels];
+            const auto place = placeOf(*this, columns[i], rows[j]);
+            if (!place) continue;
+            const float* p = &pixels[*place];
             sum += Vec3f(p[0], p[green], p[blue]) * ((i ? fx : 1 - fx) * (j ? fy : 1 - fy));
         }
     return sum;
@@ -79,44 +103,23 @@ Vec3f Texture::colour(double u, double v, Wrap wrap) const
 
 Texture readTexture(const std::filesystem::path& file, bool to_linear)
 {
-    const char* expected = "an image that OpenImageIO reads (PNG, EXR, TIFF, JPEG, ...)";
-    std::error_code code;
-    if (!std::filesystem::is_regular_file(file, code))
-        throw fileError(file, "", expected, "no file", "Check the path.");
-    if (std::filesystem::file_size(file, code) == 0)
-        throw fileError(file, "", expected, "an empty file");
-    OIIO::ImageSpec wish;
-    wish.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::open(file.string(), &wish);
-    if (!input) throw fileError(file, "", expected, "something else: " + OIIO::geterror());
-    const OIIO::ImageSpec spec = input->spec();
+    ImageFile image = readImageFile(file, StoredAlpha::keep);
+    const std::size_t channels = image.channels.size();
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        if (!std::isfinite(image.pixels[i])) {
+            const std::size_t p = i / channels, width = image.data.width;
+            throw fileError(
+                file,
+                fmt::format("pixel ({}, {})", image.data.x + p % width, image.data.y + p / width),
+                "finite values", "NaN or infinity");
+        }
+    if (to_linear) makeLinear(image);
     Texture t;
-    t.width = spec.width;
-    t.height = spec.height;
-    t.channels = spec.nchannels;
-    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
-        throw fileError(file, "", "a flat image",
-                        fmt::format("{} x {} x {} pixels", spec.width, spec.height, spec.depth));
-    if (double(spec.width) * spec.height * spec.nchannels > 4e9)
-        throw fileError(file, "", "an image of at most 4e9 values", "more", "Make it smaller.");
-    t.pixels.resize(static_cast<std::size_t>(t.width) * t.height * t.channels);
-    if (!input->read_image(0, 0, 0, t.channels, OIIO::TypeDesc::FLOAT, t.pixels.data()))
-        throw fileError(file, "", "a complete image", "a broken one: " + input->geterror(),
-                        "Is the file complete?");
-    for (std::size_t i = 0; i < t.pixels.size(); ++i)
-        if (!std::isfinite(t.pixels[i])) {
-            const std::size_t p = i / t.channels;
-            throw fileError(file, fmt::format("pixel ({}, {})", p % t.width, p / t.width),
-                            "finite values", "NaN or infinity");
-        }
-    const bool srgb = spec.get_string_attribute("oiio:ColorSpace") == "sRGB"
-        || spec.format == OIIO::TypeDesc::UINT8;
-    if (to_linear && srgb)
-        for (std::size_t i = 0; i < t.pixels.size(); ++i) {
-            if (static_cast<int>(i % t.channels) == spec.alpha_channel) continue;
-            float& x = t.pixels[i];
-            x = linearFromSrgb(x);
-        }
+    t.width = image.width;
+    t.height = image.height;
+    t.channels = static_cast<int>(channels);
+    t.data = image.data;
+    t.pixels = std::move(image.pixels);
     return t;
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// An image that maps look up, read by OpenImageIO.
+// An image that maps look up.
 #pragma once
 
 #include <filesystem>
 #include <vector>
 
+#include "volcomp/base/image_file.h"
 #include "volcomp/base/vec.h"
 
 namespace volcomp {
@@ -17,12 +18,15 @@ enum class Wrap {
     black   ///< 0
 };
 
-/// Pixels as floats; integers of n bits become x / (2^n - 1). Rows run from the top down while v
-/// grows upwards, so pixel (x, y) has its centre at u = (x + 1/2) / width, v = 1 - (y + 1/2) /
-/// height.
+/// Pixels as floats; integers of n bits become x / (2^n - 1). (u,v) from 0 to 1 is the picture that
+/// people see (the file's display window), of width x height pixels. Rows run from the top down
+/// while v grows upwards, so pixel (x, y) has its centre at u = (x + 1/2) / width, v = 1 -
+/// (y + 1/2) / height.
 struct Texture {
     int width = 0, height = 0, channels = 0;
-    std::vector<float> pixels; ///< finite; row by row, the channels of a pixel together
+    /// The part of the picture that the file has pixels for; the others are 0, alpha too.
+    PixelWindow data;
+    std::vector<float> pixels; ///< of `data`, finite; by rows, the channels of a pixel together
 
     /// Bilinear interpolation of one channel. A channel that the image lacks is 1 if it is the
     /// fourth (alpha), otherwise the first channel (grey). Returns 0 if u or v is not below 1e9.
@@ -32,9 +36,11 @@ struct Texture {
     Vec3f colour(double u, double v, Wrap wrap) const;
 };
 
-/// Reads the first image of a file. If `to_linear` is true and the file holds 8 bits or says that
-/// it is sRGB, colours are converted from sRGB to linear RGB. Alpha is not multiplied in. Throws
-/// Error for a missing, foreign or truncated file, and for NaN and infinity.
+/// Reads the first image of a file, as readImageFile() of base/image_file.h does. If `to_linear` is
+/// true, the image holds colours and becomes linear RGB, by what the file says of its colours;
+/// otherwise it holds data, such as sizes and directions, which are taken as they are. Alpha is
+/// neither converted nor multiplied in. Throws the Errors of readImageFile(), and Error for NaN and
+/// infinity.
 Texture readTexture(const std::filesystem::path& file, bool to_linear);
 
 } // namespace volcomp

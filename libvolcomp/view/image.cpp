@@ -4,15 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <OpenImageIO/imageio.h>
 
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/image_file.h"
 #include "volcomp/base/srgb.h"
 
 namespace volcomp {
 namespace {
+
+/// Most values of a picture whose display window is more than its data.
+constexpr double kMostBorder = 1e8;
 
 /// Returns the place of a channel in each pixel, or -1 if the image does not have it.
 int indexOf(const std::vector<std::string>& channels, const char* name)
@@ -88,15 +93,26 @@ bool requirePictureName(const std::filesystem::path& file)
 
 Image readImage(const std::filesystem::path& file)
 {
-    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(file.string());
-    if (!in) throw fileError(file, "", "a picture", "'" + OIIO::geterror() + "'");
+    ImageFile found = readImageFile(file, StoredAlpha::multiply);
     Image image;
-    image.width = in->spec().width;
-    image.height = in->spec().height;
-    image.channels = in->spec().channelnames;
-    image.pixels.resize(image.channels.size() * image.width * image.height);
-    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data()))
-        throw fileError(file, "", "a complete picture", "'" + in->geterror() + "'");
+    image.width = found.width;
+    image.height = found.height;
+    image.channels = std::move(found.channels);
+    if (found.data.width == image.width && found.data.height == image.height) {
+        image.pixels = std::move(found.pixels);
+        return image;
+    }
+    const std::size_t channels = image.channels.size();
+    const double values = double(image.width) * image.height * double(channels);
+    if (values > std::max(kMostBorder, 8.0 * double(found.pixels.size())))
+        throw fileError(file, "", "pixels in most of the picture",
+                        "a display window that is much larger than the data",
+                        "Write the picture without cutting its border off.");
+    image.pixels.assign(std::size_t(values), 0.0f);
+    const std::size_t row = std::size_t(found.data.width) * channels;
+    for (int y = 0; y < found.data.height; ++y)
+        std::copy_n(found.pixels.begin() + std::ptrdiff_t(row * std::size_t(y)), row,
+                    image.pixel(found.data.x, found.data.y + y));
     return image;
 }
 
@@ -108,8 +124,9 @@ void writeImage(const std::filesystem::path& file, const Image& image,
         const auto failed = [&](const std::string& why) {
             return fileError(file, "", "a file to write", why, "Is the disk full?");
         };
+        // By the format's name, as create() takes ? in a file's name for the beginning of a query.
         const std::unique_ptr<OIIO::ImageOutput> out =
-            OIIO::ImageOutput::create(temporary.string());
+            OIIO::ImageOutput::create(exr ? "openexr" : "png");
         if (!out) throw failed("'" + OIIO::geterror() + "'");
         const int channels = exr ? int(image.channels.size()) : isOpaque(image) ? 3 : 4;
         const OIIO::ImageSpec spec = specOf(image, exr, channels, metadata);

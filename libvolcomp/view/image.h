@@ -30,9 +30,10 @@ struct Image {
 /// for another ending: a program calls it before the work that the picture shows.
 bool requirePictureName(const std::filesystem::path& file);
 
-/// Reads a picture of any format that OpenImageIO knows. Values are as the file stores them: EXR is
-/// linear, PNG is in sRGB, 0 to 1. OpenImageIO multiplies the colours of a PNG with its alpha.
-/// Throws Error if the file cannot be read.
+/// Reads a picture, as readImageFile() of base/image_file.h does: its display window, with 0 where
+/// the file has no pixels. Values are as the file stores them: EXR is linear, PNG is in sRGB, 0 to
+/// 1. The colours of a PNG are multiplied with its alpha. Throws its Errors, and Error if the
+/// display window is much larger than the data.
 Image readImage(const std::filesystem::path& file);
 
 /// Writes .exr (all channels as 32-bit floats) or .png (R, G, B and A in sRGB, 8 bit; without A if

@@ -84,5 +84,44 @@ TEST(Sheet, panelsShowWhatIsInFront)
     }
 }
 
+// Two triangles of 20 m below the eye: one corner of each lies behind it, and one just before it.
+TEST(Sheet, trianglesThatReachBehindTheEyeAreCut)
+{
+    for (const double ahead : {0.7, 10.0, 10 + 1e-11}) {
+        PlacedScene scene = onGrounds({ground(20, 0)});
+        scene.layers[0].layer.name = "a";
+        Camera c;
+        c.eye = Vec3d(0, 1.5, 10 - ahead);
+        c.target = Vec3d(0, 0, 10 - ahead - 3);
+        const Image image = placementSheet(scene, c, 64, 48);
+        for (int x = 1; x < 64; x += 3) {
+            EXPECT_GT(image.pixel(x, 40)[0], 0.07f) << x; // the ground, seen from above
+            EXPECT_GT(image.pixel(64 + x, 40)[0], 0.25f) << x;
+        }
+    }
+}
+
+TEST(Sheet, anOrthographicCameraSeesDepthEvenly)
+{
+    // A slope from y = 0 to 4 along x that stands through a plane at y = 2: the line where they
+    // meet is x = 0.
+    Mesh slope;
+    slope.points = {{-2, 0, -2}, {2, 4, -2}, {2, 4, 2}, {-2, 0, 2}};
+    slope.triangles = {{0, 2, 1}, {0, 3, 2}};
+    prepareMesh(slope, 1, Vec3d(0.0), Orientation::outward);
+    PlacedScene scene = onGrounds({Surface(std::move(slope), MapProjection{}), ground(4, 2)});
+    MapFactor white;
+    white.constant = Vec3d(1);
+    scene.layers[0].layer.where = {white};
+    Camera c = above(20);
+    c.projection = Projection::orthographic;
+    c.width = 4;
+    const Image image = placementSheet(scene, c, 64, 48);
+    for (int x = 2; x < 62; ++x)
+        if (x < 30 || x > 33) {
+            EXPECT_EQ(image.pixel(64 + x, 40)[0] > 0.2f, x > 32) << x;
+        }
+}
+
 } // namespace
 } // namespace volcomp

@@ -4,10 +4,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/temporary_folder.h"
 #include "volcomp/base/error.h"
 
 namespace volcomp {
@@ -61,6 +63,31 @@ TEST(PlacementsIo, jsonAndPlyHoldWhatIsPlaced)
     EXPECT_EQ(read(1, 39, 0.0f), 0.5f);
     EXPECT_EQ(read(2, 43, 0), 0);
     EXPECT_EQ(read(2, 47, 0), 1);
+}
+
+TEST(PlacementsIo, namesCannotBreakTheFile)
+{
+    const TemporaryFolder folder;
+    PlacedScene scene;
+    scene.kinds = {{"a\nelement vertex 9", 1}};
+    scene.layers.resize(1);
+    scene.layers[0].layer.name = "x\r\nend_header\n\xff";
+    scene.boxes.placements.resize(1);
+    writePlacements(folder / "a.PLY", scene);
+    writePlacements(folder / "a.Json", scene);
+    std::istringstream stream(folder.read("a.PLY"));
+    std::size_t header = 0;
+    for (std::string line; std::getline(stream, line) && line != "end_header";) {
+        header += line.size() + 1;
+        EXPECT_TRUE(line == "ply" || line.rfind("format ", 0) == 0 || line.rfind("comment ", 0) == 0
+                    || line == "element vertex 1" || line.rfind("property ", 0) == 0)
+            << line;
+    }
+    EXPECT_EQ(folder.read("a.PLY").size(), header + std::string("end_header\n").size() + 51);
+    EXPECT_NE(folder.read("a.PLY").find("comment box 0 a\\x0Aelement vertex 9_1\n"),
+              std::string::npos);
+    const auto json = nlohmann::json::parse(folder.read("a.Json"));
+    EXPECT_EQ(json[0]["box"], "a\nelement vertex 9_1");
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/message_of.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/parallel.h"
 #include "volcomp/base/random.h"
@@ -309,6 +310,132 @@ TEST(Scatter, boxesLeanAlongThePaintedDirection)
                 ASSERT_GT(Vec3d(p.x_axis).dot(along), 0);
             }
         }
+}
+
+// Neutral grey is 127 or 128 of 255, and 32767 or 32768 of 65535.
+TEST(Scatter, aNeutralCombMapIsNoComb)
+{
+    const std::filesystem::path file =
+        std::filesystem::path(::testing::TempDir()) / "volcomp_scatter_test_neutral.ppm";
+    Layer plain = layer(100);
+    plain.tilt = {0.1, 0.2};
+    Layer l = plain;
+    l.combed = true;
+    l.comb_map = file;
+    l.comb_angle = 60 * kDegree;
+    const Surface s(square(4, false), by(ProjectionKind::uv));
+    const auto wanted = placementsOf(s, plain);
+    ASSERT_EQ(wanted.size(), 400u);
+    for (const CombSpace space : {CombSpace::tangent, CombSpace::world})
+        for (const char* colour : {"255 127 127 127", "255 128 128 128", "255 127 128 128",
+                                   "65535 32767 32768 32767", "65535 32640 32896 32896"}) {
+            const std::string numbers = colour;
+            const std::size_t space_at = numbers.find(' ');
+            std::ofstream(file) << "P3\n1 1\n"
+                                << numbers.substr(0, space_at) << '\n'
+                                << numbers.substr(space_at + 1) << '\n';
+            l.comb_space = space;
+            const auto found = placementsOf(s, l);
+            ASSERT_EQ(found.size(), wanted.size());
+            for (std::size_t i = 0; i < found.size(); ++i)
+                ASSERT_EQ(found[i].y_axis, wanted[i].y_axis) << colour;
+        }
+    // Blue alone is the direction of the normal: along the surface there is none.
+    std::ofstream(file) << "P3\n1 1\n255\n128 128 255\n";
+    l.comb_space = CombSpace::tangent;
+    EXPECT_EQ(placementsOf(s, l)[7].y_axis, wanted[7].y_axis);
+    std::ofstream(file) << "P3\n1 1\n255\n128 255 128\n";
+    l.comb_space = CombSpace::world;
+    EXPECT_EQ(placementsOf(s, l)[7].y_axis, wanted[7].y_axis);
+    // The next colour of 8 bits is a direction: +u.
+    std::ofstream(file) << "P3\n1 1\n255\n130 128 128\n";
+    l.comb_space = CombSpace::tangent;
+    l.tilt = {0, 0};
+    EXPECT_GT(placementsOf(s, l)[7].y_axis[0], 0.5f);
+}
+
+/// The square, with u and v in other unit squares.
+Mesh shifted(double u, double v, double times = 1)
+{
+    Mesh m = square(4, false);
+    for (auto& corners : m.uv)
+        for (Vec2f& uv : corners) uv = Vec2f(float(u + uv[0] * times), float(v + uv[1] * times));
+    return m;
+}
+
+/// Puts the second mesh beside the first.
+Mesh beside(Mesh a, const Mesh& b)
+{
+    const auto first = static_cast<std::int32_t>(a.points.size());
+    for (const Vec3d& p : b.points) a.points.push_back(p + Vec3d(4, 0, 0));
+    a.normals.assign(a.points.size(), Vec3f(0, 1, 0));
+    for (std::array<std::int32_t, 3> t : b.triangles) {
+        for (std::int32_t& corner : t) corner += first;
+        a.triangles.push_back(t);
+    }
+    a.uv.insert(a.uv.end(), b.uv.begin(), b.uv.end());
+    return a;
+}
+
+TEST(Scatter, cellsFillEveryUnitSquareThatTheSurfaceReaches)
+{
+    Layer l = layer(1);
+    l.sampling = Sampling::uv;
+    l.cells_u = l.cells_v = 17;
+    const auto count = [&](const Mesh& m) {
+        return placementsOf(Surface(m, by(ProjectionKind::uv)), l).size();
+    };
+    EXPECT_EQ(count(square(4, false)), 289u);
+    EXPECT_EQ(count(shifted(-1, -1)), 289u);
+    EXPECT_EQ(count(shifted(3, -7)), 289u);
+    EXPECT_EQ(count(shifted(-1, -1, 2)), 4 * 289u) << "u and v from -1 to 1";
+    EXPECT_EQ(count(shifted(1e-7, -1e-7)), 289u) << "a sliver over a border is no square";
+    EXPECT_NEAR(double(count(shifted(0.25, 0.5))), 289, 17) << "parts of four squares";
+    // Two tiles of UDIM: the first has what it has alone.
+    const Surface one(square(4, false), by(ProjectionKind::uv)),
+        two(beside(square(4, false), shifted(1, 0)), by(ProjectionKind::uv));
+    const auto alone = placementsOf(one, l), both = placementsOf(two, l);
+    ASSERT_EQ(both.size(), 2 * 289u);
+    for (std::size_t i = 0; i < 289; ++i) {
+        EXPECT_EQ(both[i].position, alone[i].position);
+        EXPECT_EQ(both[i].x_axis, alone[i].x_axis);
+        EXPECT_GT(both[289 + i].position[0], 3 - 1e-9);
+    }
+    EXPECT_NE(both[289].position[2], both[0].position[2]) << "other random numbers";
+    // A plane that is smaller than the surface repeats.
+    MapProjection plane = by(ProjectionKind::plane);
+    plane.width = plane.height = 0.5;
+    plane.centre = Vec3d(0.25, 0, 0.25);
+    EXPECT_EQ(placementsOf(Surface(square(4, false), plane), l).size(), 16 * 289u);
+    l.cells_u = l.cells_v = 1;
+    EXPECT_THROW(count(shifted(0, 0, 1000)), Error);
+    EXPECT_THROW(count(shifted(1e12, 0)), Error);
+}
+
+TEST(Scatter, roundingOfTheAreaDoesNotMakeASecondSample)
+{
+    const Surface s(square(4, false), by(ProjectionKind::uv));
+    for (int seed = 1; seed <= 20; ++seed) {
+        Layer l = layer(0.25 * (1 + 1e-12));
+        l.seed = static_cast<std::uint64_t>(seed);
+        EXPECT_EQ(placementsOf(s, l).size(), 1u);
+    }
+}
+
+TEST(Scatter, impossibleNumbersAreRefusedBeforeMapsAreRead)
+{
+    const Surface s(square(4, false), by(ProjectionKind::uv));
+    Layer l = layer(1e9);
+    MapFactor m;
+    m.image = "/nonexistent/map.png";
+    l.where = {m};
+    EXPECT_NE(messageOf([&] { placementsOf(s, l); }).find("at most 5e+08 samples, found 4e+09"),
+              std::string::npos);
+    l.sampling = Sampling::uv;
+    l.cells_u = l.cells_v = 65536;
+    l.density = 1;
+    EXPECT_NE(messageOf([&] { checkSamples(s, l); }).find("'density' or 'cells'"),
+              std::string::npos);
 }
 
 TEST(Scatter, manyBoxesKeepTheOrderOfTheirSamples)

@@ -80,6 +80,7 @@ void reportPlaced(Tool& tool, const Scene& scene, const PlacedScene& placed)
         tool.say(fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes));
         tool.stats["layers"].push_back({{"name", l.layer.name}, {"placements", l.boxes}});
     }
+    for (const std::string& warning : placed.warnings) tool.warn(warning);
 }
 
 /// Writes the placements and the sheet if the options ask for them.
