@@ -197,7 +197,13 @@ private:
         m_triangles.clear();
         for (std::size_t k = 0; k < count; ++k)
             m_polygon.push_back(m_mesh.points[corners[k].point]);
-        m_crossed += !triangulate(m_polygon, m_triangles);
+        const Cut cut = triangulate(m_polygon, m_triangles);
+        if (cut == Cut::too_many)
+            throw fileError(m_file, "",
+                            fmt::format("concave faces of up to {} corners", kMostConcaveCorners),
+                            fmt::format("one of {}", count),
+                            "Cut it into triangles in the program that made it.");
+        m_crossed += cut == Cut::crossed;
         for (const auto& t : m_triangles) {
             const auto uvOf = [&](int k) {
                 return uv ? m_soup.uvs[corners[t[k]].uv] : Vec2f(0.0f, 0.0f);

@@ -7,8 +7,11 @@
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Spatial_sort_traits_adapter_2.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#include <CGAL/property_map.h>
+#include <CGAL/spatial_sort.h>
 
 namespace volcomp {
 namespace {
@@ -95,20 +98,36 @@ void markSides(Delaunay& flat, const std::set<Edge>& boundary)
     }
 }
 
+/// Inserts the polygon's points as `x` and `y` of them show it, in an order that is quick for any
+/// polygon. Returns the vertex of each corner; corners at one place have one, with the first's
+/// number.
+std::vector<Vertex> insertPoints(const std::vector<Vec3d>& polygon, int x, int y, Delaunay& flat)
+{
+    using Item = std::pair<Kernel::Point_2, std::int32_t>;
+    using Order =
+        CGAL::Spatial_sort_traits_adapter_2<Kernel, CGAL::First_of_pair_property_map<Item>>;
+    std::vector<Item> items;
+    for (const Vec3d& p : polygon)
+        items.emplace_back(Kernel::Point_2(p[x], p[y]), static_cast<std::int32_t>(items.size()));
+    CGAL::spatial_sort(items.begin(), items.end(), Order());
+    std::vector<Vertex> vertices(polygon.size());
+    Delaunay::Face_handle hint;
+    for (const auto& [point, corner] : items) {
+        const std::size_t before = flat.number_of_vertices();
+        const Vertex vertex = flat.insert(point, hint);
+        if (flat.number_of_vertices() > before || corner < vertex->info()) vertex->info() = corner;
+        hint = vertex->face();
+        vertices[corner] = vertex;
+    }
+    return vertices;
+}
+
 /// By a constrained Delaunay triangulation of the polygon as `x` and `y` of its points show it,
 /// counter-clockwise. Returns false if it crosses itself.
 bool cutConcave(const std::vector<Vec3d>& polygon, int x, int y, Triangles& triangles)
 {
     Delaunay flat;
-    std::vector<Vertex> vertices;
-    for (const Vec3d& p : polygon) {
-        const Vertex hint = vertices.empty() ? Vertex() : vertices.back();
-        const auto corner = static_cast<std::int32_t>(vertices.size());
-        const std::size_t before = flat.number_of_vertices();
-        vertices.push_back(
-            flat.insert({p[x], p[y]}, hint == Vertex() ? Delaunay::Face_handle() : hint->face()));
-        if (flat.number_of_vertices() > before) vertices.back()->info() = corner;
-    }
+    const std::vector<Vertex> vertices = insertPoints(polygon, x, y, flat);
     if (flat.dimension() < 2) return false;
     try {
         for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -119,11 +138,12 @@ bool cutConcave(const std::vector<Vec3d>& polygon, int x, int y, Triangles& tria
     }
     for (const auto face : flat.all_face_handles()) face->info() = Side::unknown;
     markSides(flat, boundary(flat, vertices));
+    const std::size_t before = triangles.size();
     for (const auto face : flat.finite_face_handles())
         if (face->info() == Side::inside)
             triangles.push_back(
                 {face->vertex(0)->info(), face->vertex(1)->info(), face->vertex(2)->info()});
-    return true;
+    return triangles.size() > before; // none if it goes round twice
 }
 
 /// True if the polygon turns to one side everywhere, and round once.
@@ -143,19 +163,20 @@ bool isConvex(const std::vector<Vec3d>& p, const Vec3d& normal)
 
 } // namespace
 
-bool triangulate(const std::vector<Vec3d>& polygon, Triangles& triangles)
+Cut triangulate(const std::vector<Vec3d>& polygon, Triangles& triangles)
 {
-    if (polygon.size() == 3) return fan(3, triangles), true;
-    if (polygon.size() == 4) return cutQuad(polygon, triangles), true;
+    if (polygon.size() == 3) return fan(3, triangles), Cut::whole;
+    if (polygon.size() == 4) return cutQuad(polygon, triangles), Cut::whole;
     const Vec3d normal = newellNormal(polygon);
     if (!(normal.length() > 0 && std::isfinite(normal.length())) || isConvex(polygon, normal))
-        return fan(polygon.size(), triangles), true;
+        return fan(polygon.size(), triangles), Cut::whole;
+    if (polygon.size() > kMostConcaveCorners) return Cut::too_many;
     const int axis = largestAxis(normal);
     int x = (axis + 1) % 3, y = (axis + 2) % 3;
     if (normal[axis] < 0) std::swap(x, y);
-    if (cutConcave(polygon, x, y, triangles)) return true;
+    if (cutConcave(polygon, x, y, triangles)) return Cut::whole;
     fan(polygon.size(), triangles);
-    return false;
+    return Cut::crossed;
 }
 
 } // namespace volcomp

@@ -149,6 +149,10 @@ TEST(MeshObj, facesThatCrossThemselvesWarn)
     ASSERT_EQ(m.report.warnings.size(), 1u);
     EXPECT_TRUE(has(m.report.warnings[0], "crossed.obj: 1 of 1 faces cross themselves"));
     EXPECT_EQ(m.triangles.size(), 4u);
+    // One that goes round twice.
+    EXPECT_EQ(read("round.obj", "v 0 0 0\nv 3 0 0\nv 1 1 0\nv 0 3 0\nf 1 2 3 4 1 2 3 4\n")
+                  .report.warnings.size(),
+              1u);
     // Faces without area, of one place or on a line, are no fault of the reader.
     EXPECT_EQ(read("line.obj",
                    "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nv 4 4 0\n"
@@ -243,6 +247,23 @@ TEST(MeshObj, partsMaterialsAndTexturesAreNamed)
         EXPECT_EQ(m.parts[k].material, expected[k].material);
         EXPECT_EQ(m.parts[k].first, expected[k].first);
         EXPECT_EQ(m.parts[k].end, expected[k].end);
+    }
+}
+
+TEST(MeshObj, aFaceOfTooManyCornersIsRefusedOnlyIfItIsConcave)
+{
+    for (const bool convex : {true, false}) {
+        const int n = static_cast<int>(kMostConcaveCorners) + 2;
+        std::string text, face = "f";
+        for (int i = 0; i < n; ++i) {
+            const double a = 2 * kPi * i / n, r = convex || i % 2 ? 1e6 : 1e5;
+            text += "v " + std::to_string(r * std::cos(a)) + " " + std::to_string(r * std::sin(a))
+                + " 0\n";
+            face += " " + std::to_string(i + 1);
+        }
+        const std::string message = refusal("many.obj", text + face + "\n");
+        EXPECT_EQ(has(message, "many.obj: expected concave faces of up to 20000 corners"), !convex)
+            << message;
     }
 }
 
@@ -535,7 +556,7 @@ TEST(Triangulate, randomPolygonsAndCombsEnd)
         EXPECT_LE(triangles.size(), n - 2u);
         comb.emplace_back(n / 2.0, -1, 0);
         triangles.clear();
-        EXPECT_TRUE(triangulate(comb, triangles));
+        EXPECT_EQ(triangulate(comb, triangles), Cut::whole);
         EXPECT_EQ(triangles.size(), n - 1u);
     }
 }
