@@ -79,7 +79,10 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
 {
     SurfaceSpec s;
     s.name = name;
-    s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
+    s.mesh = r.path(
+        {"mesh", "",
+         "OBJ, PLY, OFF or STL file of polygons, which may be concave; faces without texture coordinates have (0, 0)"},
+        "");
     readTerrain(r, s);
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);
     s.move = r.vector({"translate", "m", "added to every point, after the scale"}, s.move);

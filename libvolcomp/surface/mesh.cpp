@@ -126,8 +126,9 @@ void orient(Mesh& m, const std::vector<std::int32_t>& welded, Orientation orient
     if (orientation != Orientation::file) turnTriangles(m, turn);
 }
 
-/// The normals of points as means over their triangles, weighted by the angle there (Thuermer and
-/// Wuethrich, Computing vertex normals from polygonal facets, JGT 1998). Welded points share one.
+/// The normals of points that have none, as means over their triangles, weighted by the angle there
+/// (Thuermer and Wuethrich, Computing vertex normals from polygonal facets, JGT 1998). Welded
+/// points share one.
 void computeNormals(Mesh& m, const std::vector<std::int32_t>& welded)
 {
     std::vector<Vec3d> sum(m.points.size(), Vec3d(0.0));
@@ -143,11 +144,11 @@ void computeNormals(Mesh& m, const std::vector<std::int32_t>& welded)
             sum[welded[c[i]]] += n * std::atan2(a.cross(b).length(), a.dot(b));
         }
     }
-    m.normals.assign(m.points.size(), Vec3f(0.0f));
+    m.normals.resize(m.points.size(), Vec3f(0.0f));
     for (std::size_t p = 0; p < m.points.size(); ++p) {
         const Vec3d& n = sum[welded[p]];
         const double length = n.length();
-        if (length > 1e-6) m.normals[p] = Vec3f(n / length);
+        if (length > 1e-6 && m.normals[p] == Vec3f(0.0f)) m.normals[p] = Vec3f(n / length);
     }
 }
 
@@ -176,7 +177,7 @@ void prepareMesh(Mesh& m, double scale, const Vec3d& move, Orientation orientati
     for (std::size_t t = 0; t < m.triangles.size(); ++t)
         m.report.zero_area += !(faceNormal(m, t).length() > 0);
     m.report.normals_computed = m.normals.empty();
-    if (m.normals.empty()) computeNormals(m, welded);
+    computeNormals(m, welded);
 }
 
 } // namespace volcomp

@@ -28,7 +28,8 @@ enum class Orientation {
 
 /// What readMesh() and prepareMesh() have found and mended.
 struct MeshReport {
-    std::size_t vertices = 0, faces = 0, triangles = 0;
+    std::vector<std::string> warnings;                  ///< one sentence each, with the file's name
+    std::size_t vertices = 0, faces = 0, triangles = 0; ///< vertices and faces: as in the file
     std::size_t parts = 0;          ///< connected pieces; vertices at the same place count as one
     std::size_t boundary_edges = 0; ///< edges that belong to one triangle only
     std::size_t non_manifold_edges = 0; ///< edges that more than two triangles share
@@ -42,24 +43,42 @@ struct MeshReport {
     std::string text() const;
 };
 
+/// A material that a mesh file names. Nothing but its name is known if its library is missing.
+struct MeshMaterial {
+    std::string name;              ///< may be empty: PLY names textures alone
+    std::filesystem::path texture; ///< of its diffuse colour (map_Kd); empty: none
+};
+
+/// Successive triangles of one object or group, and of one material.
+struct MeshPart {
+    std::string name;               ///< OBJ: "object", "group" or "object/group"; STL: the solid's
+    std::int32_t material = -1;     ///< index into Mesh::materials; -1: none
+    std::size_t first = 0, end = 0; ///< its triangles, `end` excluded
+};
+
 /// Triangles over shared points. All values are finite.
 struct Mesh {
-    std::vector<Vec3d> points; ///< world units
+    /// World units. At a hard edge, where the file gives one place several normals, a place has a
+    /// point for each of them.
+    std::vector<Vec3d> points;
     std::vector<std::array<std::int32_t, 3>> triangles;
     std::vector<Vec3f> normals; ///< one for each point, unit, or 0 if it has none
-    /// Texture coordinates of each triangle's corners; empty if the mesh has none.
+    /// Texture coordinates of each triangle's corners; empty if the mesh has none. Faces to which
+    /// the file gives none have (0, 0) at all corners.
     std::vector<std::array<Vec2f, 3>> uv;
+    std::vector<MeshPart> parts; ///< of a file: all triangles, in their order
+    std::vector<MeshMaterial> materials;
     MeshReport report;
 };
 
-/// Reads OBJ, PLY, OFF or STL with OpenMesh's readers, but without its half-edge structure, which
-/// would drop non-manifold faces. Polygons are cut into triangles. Throws Error for a missing,
-/// empty, truncated or foreign file and for coordinates that are not finite. Not thread-safe: it
-/// switches OpenMesh's global messages off meanwhile.
+/// Reads OBJ, PLY, OFF or STL: what each of the readers in mesh_soup.h says. Polygons are cut into
+/// triangles; they may be concave. Throws Error for a missing, empty, truncated or foreign file,
+/// for coordinates that are not finite and for what is not supported.
 Mesh readMesh(const std::filesystem::path& file);
 
 /// Multiplies all points by `scale` and adds `move`, turns triangles as `orientation` says, and
-/// computes normals, weighted by angle, if there are none. Adds what it finds to mesh.report.
+/// computes normals, weighted by angle, for points that have none. Adds what it finds to
+/// mesh.report.
 void prepareMesh(Mesh& mesh, double scale, const Vec3d& move, Orientation orientation);
 
 } // namespace volcomp

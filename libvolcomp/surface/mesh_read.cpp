@@ -3,152 +3,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <unordered_map>
 
-#include <OpenMesh/Core/IO/BinaryHelper.hh>
-#include <OpenMesh/Core/IO/IOManager.hh>
-#include <OpenMesh/Core/IO/importer/BaseImporter.hh>
-#include <OpenMesh/Core/IO/reader/OBJReader.hh>
-#include <OpenMesh/Core/IO/reader/OFFReader.hh>
-#include <OpenMesh/Core/IO/reader/PLYReader.hh>
-#include <OpenMesh/Core/IO/reader/STLReader.hh>
-#include <OpenMesh/Core/System/omstream.hh>
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/random.h"
+#include "volcomp/surface/mesh_soup.h"
+#include "volcomp/surface/mesh_triangulate.h"
 
 namespace volcomp {
 namespace {
 
-namespace om = OpenMesh;
 namespace fs = std::filesystem;
 
 const char* const kExpected = "a mesh (OBJ, PLY, OFF or STL)";
 
-/// Receives what a reader of OpenMesh finds, as it stands: polygons over points.
-class Soup final : public om::IO::BaseImporter {
-public:
-    std::vector<Vec3d> points;
-    std::vector<Vec3f> normals;
-    std::vector<Vec2f> vertex_uv;
-    std::vector<std::vector<int>> faces;
-    std::vector<std::vector<Vec2f>> face_uv;
-    std::size_t normals_set = 0, uvs_set = 0;
-    std::size_t wrong_indices = 0; ///< faces with a vertex that the file does not have
+using Reader = PolygonSoup (*)(const fs::path&, std::string_view);
 
-    om::VertexHandle add_vertex(const om::Vec3f& p) override
-    {
-        return add_vertex(om::Vec3d(p[0], p[1], p[2]));
-    }
-    om::VertexHandle add_vertex(const om::Vec3d& p) override
-    {
-        points.emplace_back(p[0], p[1], p[2]);
-        normals.emplace_back(0.0f);
-        vertex_uv.emplace_back(0.0f, 0.0f);
-        return om::VertexHandle(static_cast<int>(points.size()) - 1);
-    }
-    om::VertexHandle add_vertex() override { return add_vertex(om::Vec3d(0, 0, 0)); }
-    void set_point(om::VertexHandle v, const om::Vec3f& p) override
-    {
-        if (known(v)) points[v.idx()] = Vec3d(p[0], p[1], p[2]);
-    }
-    om::FaceHandle add_face(const VHandles& corners) override
-    {
-        std::vector<int> face;
-        for (const om::VertexHandle v : corners) {
-            if (!known(v)) {
-                ++wrong_indices;
-                return om::FaceHandle();
-            }
-            face.push_back(v.idx());
-        }
-        faces.push_back(std::move(face));
-        face_uv.emplace_back();
-        return om::FaceHandle(static_cast<int>(faces.size()) - 1);
-    }
-    void add_face_texcoords(om::FaceHandle f, om::VertexHandle,
-                            const std::vector<om::Vec2f>& uv) override
-    {
-        if (!f.is_valid() || uv.size() != faces[f.idx()].size()) return;
-        for (const om::Vec2f& x : uv) face_uv[f.idx()].emplace_back(x[0], x[1]);
-    }
-    void add_face_texcoords(om::FaceHandle, om::VertexHandle,
-                            const std::vector<om::Vec3f>&) override
-    {
-    }
-    void set_normal(om::VertexHandle v, const om::Vec3f& n) override
-    {
-        if (!known(v)) return;
-        normals[v.idx()] = Vec3f(n[0], n[1], n[2]);
-        ++normals_set;
-    }
-    void set_normal(om::VertexHandle v, const om::Vec3d& n) override
-    {
-        set_normal(v, om::Vec3f(float(n[0]), float(n[1]), float(n[2])));
-    }
-    void set_texcoord(om::VertexHandle v, const om::Vec2f& x) override
-    {
-        if (!known(v)) return;
-        vertex_uv[v.idx()] = Vec2f(x[0], x[1]);
-        ++uvs_set;
-    }
-    void set_texcoord(om::VertexHandle v, const om::Vec3f& x) override
-    {
-        set_texcoord(v, om::Vec2f(x[0], x[1]));
-    }
-
-    // The rest of the interface: what a soup of polygons has no place for.
-    om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override
-    {
-        return om::HalfedgeHandle();
-    }
-    om::FaceHandle add_face(om::HalfedgeHandle) override { return om::FaceHandle(); }
-    void set_face_texindex(om::FaceHandle, int) override { }
-    void set_halfedge(om::VertexHandle, om::HalfedgeHandle) override { }
-    void set_color(om::VertexHandle, const om::Vec3uc&) override { }
-    void set_color(om::VertexHandle, const om::Vec4uc&) override { }
-    void set_color(om::VertexHandle, const om::Vec3f&) override { }
-    void set_color(om::VertexHandle, const om::Vec4f&) override { }
-    void set_status(om::VertexHandle, const om::Attributes::StatusInfo&) override { }
-    void set_next(om::HalfedgeHandle, om::HalfedgeHandle) override { }
-    void set_face(om::HalfedgeHandle, om::FaceHandle) override { }
-    void request_face_texcoords2D() override { }
-    void set_texcoord(om::HalfedgeHandle, const om::Vec2f&) override { }
-    void set_texcoord(om::HalfedgeHandle, const om::Vec3f&) override { }
-    void set_status(om::HalfedgeHandle, const om::Attributes::StatusInfo&) override { }
-    void set_color(om::EdgeHandle, const om::Vec3uc&) override { }
-    void set_color(om::EdgeHandle, const om::Vec4uc&) override { }
-    void set_color(om::EdgeHandle, const om::Vec3f&) override { }
-    void set_color(om::EdgeHandle, const om::Vec4f&) override { }
-    void set_status(om::EdgeHandle, const om::Attributes::StatusInfo&) override { }
-    void set_normal(om::FaceHandle, const om::Vec3f&) override { }
-    void set_normal(om::FaceHandle, const om::Vec3d&) override { }
-    void set_color(om::FaceHandle, const om::Vec3uc&) override { }
-    void set_color(om::FaceHandle, const om::Vec4uc&) override { }
-    void set_color(om::FaceHandle, const om::Vec3f&) override { }
-    void set_color(om::FaceHandle, const om::Vec4f&) override { }
-    void set_status(om::FaceHandle, const om::Attributes::StatusInfo&) override { }
-    void add_texture_information(int, std::string) override { }
-    std::size_t n_vertices() const override { return points.size(); }
-    std::size_t n_faces() const override { return faces.size(); }
-    std::size_t n_edges() const override { return 0; }
-
-private:
-    bool known(om::VertexHandle v) const
-    {
-        return v.is_valid() && v.idx() < static_cast<int>(points.size());
-    }
-};
-
-/// While it lives OpenMesh's readers, which print their complaints, are silent: our own messages
-/// say what is wrong.
-class Silence {
-public:
-    Silence() { omerr().disable(), omlog().disable(), omout().disable(); }
-    ~Silence() { omerr().enable(), omlog().enable(), omout().enable(); }
-};
-
-/// Throws Error if the file cannot be a mesh.
-void checkFile(const fs::path& file)
+/// The reader for a file's ending. Throws Error if the file cannot be a mesh.
+Reader readerFor(const fs::path& file)
 {
     std::error_code code;
     if (!fs::is_regular_file(file, code))
@@ -158,104 +35,249 @@ void checkFile(const fs::path& file)
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(),
                    [](unsigned char c) { return std::tolower(c); });
-    if (ending != ".obj" && ending != ".ply" && ending != ".off" && ending != ".stl")
-        throw fileError(file, "", kExpected, "a name that ends in '" + ending + "'",
-                        "Convert it to one of these.");
-    if (fs::file_size(file, code) == 0) throw fileError(file, "", kExpected, "an empty file");
+    if (ending == ".obj") return readObj;
+    if (ending == ".ply") return readPly;
+    if (ending == ".off") return readOff;
+    if (ending == ".stl") return readStl;
+    throw fileError(file, "", kExpected, "a name that ends in '" + ending + "'",
+                    "Convert it to OBJ or PLY.");
 }
 
-Soup readSoup(const fs::path& file)
+std::string contentOf(const fs::path& file)
 {
-    // Named so that a static OpenMesh links its readers; they register themselves.
-    om::IO::OBJReader(), om::IO::OFFReader(), om::IO::PLYReader(), om::IO::STLReader();
-    Soup soup;
-    bool ok = false;
+    std::ifstream in(file, std::ios::binary);
+    std::string content(fs::file_size(file), '\0');
+    if (content.empty()) throw fileError(file, "", kExpected, "an empty file");
+    in.read(content.data(), static_cast<std::streamsize>(content.size()));
+    if (!in) throw fileError(file, "", kExpected, "a file that cannot be read");
+    return content;
+}
+
+/// Throws Error if a corner is none of the file's points.
+void checkIndices(const fs::path& file, const PolygonSoup& soup)
+{
+    const auto check = [&](std::size_t face, std::int32_t index, std::size_t count,
+                           const char* what) {
+        if (index >= 0 && static_cast<std::size_t>(index) >= count)
+            throw fileError(file, fmt::format("face {}", face + 1),
+                            fmt::format("one of the {} {} of the file", count, what),
+                            fmt::format("number {} of them, counted from 0", index),
+                            "Is the file complete?");
+    };
+    std::size_t corner = 0;
+    for (std::size_t f = 0; f < soup.face_ends.size(); ++f)
+        for (; corner < soup.face_ends[f]; ++corner) {
+            const PolygonSoup::Corner& c = soup.corners[corner];
+            check(f, c.point, soup.points.size(), "vertices");
+            check(f, c.uv, soup.uvs.size(), "texture coordinates");
+            check(f, c.normal, soup.normals.size(), "normals");
+        }
+}
+
+/// Gives each corner a point that has the corner's normal: the file's point to the first normal
+/// that comes with it, and a copy of it to every other.
+class SplitPoints {
+public:
+    SplitPoints(const PolygonSoup& soup, Mesh& mesh) : m_soup(soup), m_mesh(mesh)
     {
-        const Silence silence;
-        om::IO::Options options = om::IO::Options::VertexNormal;
-        options += om::IO::Options::VertexTexCoord;
-        options += om::IO::Options::FaceTexCoord;
-        try {
-            ok = om::IO::IOManager().read(file.string(), soup, options);
-        } catch (const std::exception&) {
-            ok = false;
+        if (soup.normals.empty()) return;
+        m_mesh.normals.assign(m_mesh.points.size(), Vec3f(0.0f));
+        m_used.assign(m_mesh.points.size(), 0);
+    }
+    std::int32_t pointOf(const PolygonSoup::Corner& c)
+    {
+        if (m_soup.normals.empty()) return c.point;
+        const Vec3f n = c.normal < 0 ? Vec3f(0.0f) : unit(m_soup.normals[c.normal]);
+        if (!m_used[c.point]) {
+            m_used[c.point] = 1;
+            m_mesh.normals[c.point] = n;
+        }
+        if (m_mesh.normals[c.point] == n) return c.point;
+        const auto next = static_cast<std::int32_t>(m_mesh.points.size());
+        const auto [known, is_new] = m_copies.emplace(Key{c.point, n}, next);
+        if (is_new) {
+            m_mesh.points.push_back(Vec3d(m_mesh.points[c.point]));
+            m_mesh.normals.push_back(n);
+        }
+        return known->second;
+    }
+
+private:
+    struct Key {
+        std::int32_t point;
+        Vec3f normal;
+        bool operator==(const Key& o) const { return point == o.point && normal == o.normal; }
+    };
+    struct Hash {
+        std::size_t operator()(const Key& k) const
+        {
+            std::uint64_t hash = static_cast<std::uint64_t>(k.point);
+            for (int i = 0; i < 3; ++i) {
+                std::uint32_t bits;
+                const float x = k.normal[i] + 0.0f; // makes -0 a 0
+                std::memcpy(&bits, &x, 4);
+                hash = hashKey(hash, bits);
+            }
+            return hash;
+        }
+    };
+    /// 0 if it has no direction.
+    static Vec3f unit(const Vec3f& n)
+    {
+        const double length = Vec3d(n).length();
+        return std::isfinite(length) && length > 1e-20 ? Vec3f(Vec3d(n) / length) : Vec3f(0.0f);
+    }
+
+    const PolygonSoup& m_soup;
+    Mesh& m_mesh;
+    std::vector<char> m_used; ///< points that have their first normal
+    std::unordered_map<Key, std::int32_t, Hash> m_copies;
+};
+
+/// Cuts the faces into triangles, and makes the parts of the ranges.
+class Cutter {
+public:
+    Cutter(const fs::path& file, const PolygonSoup& soup, Mesh& mesh)
+        : m_file(file), m_soup(soup), m_mesh(mesh), m_split(soup, mesh)
+    {
+    }
+    void run()
+    {
+        const auto has_uv = [](const PolygonSoup::Corner& c) { return c.uv >= 0; };
+        std::size_t first = 0, bare = 0, range = 0;
+        const bool any = std::any_of(m_soup.corners.begin(), m_soup.corners.end(), has_uv);
+        for (std::size_t f = 0; f < m_soup.face_ends.size(); ++f) {
+            startPart(f, range);
+            const auto* const corners = m_soup.corners.data() + first;
+            const std::size_t count = m_soup.face_ends[f] - first;
+            const bool full = std::all_of(corners, corners + count, has_uv);
+            bare += !full;
+            addFace(corners, count, any, full);
+            first += count;
+            if (m_mesh.triangles.size() > INT32_MAX || m_mesh.points.size() > INT32_MAX)
+                throw fileError(m_file, "", "fewer than 2^31 triangles and points", "more");
+        }
+        closePart();
+        if (any && bare)
+            warn(fmt::format("{} of {} faces has no texture coordinates; maps take their value at "
+                             "(0, 0) there.",
+                             bare, m_soup.face_ends.size()));
+        if (m_crossed)
+            warn(fmt::format("{} of {} faces cross themselves; their shape is not certain.",
+                             m_crossed, m_soup.face_ends.size()));
+        if (m_soup.short_faces)
+            warn(fmt::format("{} faces of fewer than three corners are left out.",
+                             m_soup.short_faces));
+    }
+
+private:
+    void warn(const std::string& what)
+    {
+        m_mesh.report.warnings.push_back(m_file.string() + ": " + what);
+    }
+    void startPart(std::size_t face, std::size_t& range)
+    {
+        const bool first = face == 0 && (m_soup.ranges.empty() || m_soup.ranges[0].first_face > 0);
+        if (first) m_mesh.parts.emplace_back();
+        for (; range < m_soup.ranges.size() && m_soup.ranges[range].first_face <= face; ++range) {
+            closePart();
+            const PolygonSoup::Range& r = m_soup.ranges[range];
+            m_mesh.parts.push_back({r.name, r.material, m_mesh.triangles.size(), 0});
         }
     }
-    if (!ok)
-        throw fileError(file, "", kExpected, "content that OpenMesh cannot read",
-                        "Is the file complete, and what its ending says?");
-    if (soup.wrong_indices)
-        throw fileError(file, "", "faces over vertices that the file has",
-                        fmt::format("{} faces with other indices", soup.wrong_indices),
-                        "Is the file complete?");
-    if (soup.faces.empty())
-        throw fileError(file, "", "faces",
-                        fmt::format("{} vertices and no face", soup.points.size()));
-    for (std::size_t i = 0; i < soup.points.size(); ++i)
-        if (!std::isfinite(soup.points[i][0] + soup.points[i][1] + soup.points[i][2]))
-            throw fileError(file, fmt::format("vertex {}", i + 1), "finite coordinates",
-                            "NaN or infinity");
-    return soup;
-}
-
-/// Calls add(a, b, c) with the corners, counted from 0, of the triangles that a face is cut into.
-template <class Add>
-void triangulate(const std::vector<Vec3d>& points, const std::vector<int>& face, const Add& add)
-{
-    if (face.size() == 4) {
-        // Cut along the diagonal that does not fold a dent over.
-        const auto normal = [&](std::size_t a, std::size_t b, std::size_t c) {
-            return (points[face[b]] - points[face[a]]).cross(points[face[c]] - points[face[a]]);
-        };
-        if (normal(0, 1, 2).dot(normal(0, 2, 3)) >= 0) add(0, 1, 2), add(0, 2, 3);
-        else add(1, 2, 3), add(1, 3, 0);
-    } else
-        for (std::size_t i = 2; i < face.size(); ++i) add(0, i - 1, i);
-}
-
-void addTriangles(const Soup& soup, Mesh& m)
-{
-    const bool face_uv = std::any_of(soup.face_uv.begin(), soup.face_uv.end(),
-                                     [](const auto& x) { return !x.empty(); });
-    m.report.has_uv = face_uv || soup.uvs_set >= m.points.size();
-    for (std::size_t f = 0; f < soup.faces.size(); ++f) {
-        const auto& face = soup.faces[f];
-        const auto uvOf = [&](std::size_t corner) {
-            if (face_uv && !soup.face_uv[f].empty()) return soup.face_uv[f][corner];
-            return soup.vertex_uv[face[corner]];
-        };
-        triangulate(m.points, face, [&](std::size_t a, std::size_t b, std::size_t c) {
-            m.triangles.push_back({face[a], face[b], face[c]});
-            if (m.report.has_uv) m.uv.push_back({uvOf(a), uvOf(b), uvOf(c)});
-        });
+    void closePart()
+    {
+        if (m_mesh.parts.empty()) return;
+        m_mesh.parts.back().end = m_mesh.triangles.size();
+        if (m_mesh.parts.back().first == m_mesh.parts.back().end) m_mesh.parts.pop_back();
     }
+    void addFace(const PolygonSoup::Corner* corners, std::size_t count, bool any_uv, bool uv)
+    {
+        m_polygon.clear();
+        m_triangles.clear();
+        for (std::size_t k = 0; k < count; ++k)
+            m_polygon.push_back(m_mesh.points[corners[k].point]);
+        const Cut cut = triangulate(m_polygon, m_triangles);
+        if (cut == Cut::too_many)
+            throw fileError(m_file, "",
+                            fmt::format("concave faces of up to {} corners", kMostConcaveCorners),
+                            fmt::format("one of {}", count),
+                            "Cut it into triangles in the program that made it.");
+        m_crossed += cut == Cut::crossed;
+        for (const auto& t : m_triangles) {
+            const auto uvOf = [&](int k) {
+                return uv ? m_soup.uvs[corners[t[k]].uv] : Vec2f(0.0f, 0.0f);
+            };
+            m_mesh.triangles.push_back({m_split.pointOf(corners[t[0]]),
+                                        m_split.pointOf(corners[t[1]]),
+                                        m_split.pointOf(corners[t[2]])});
+            if (any_uv) m_mesh.uv.push_back({uvOf(0), uvOf(1), uvOf(2)});
+        }
+    }
+
+    const fs::path& m_file;
+    const PolygonSoup& m_soup;
+    Mesh& m_mesh;
+    SplitPoints m_split;
+    std::vector<Vec3d> m_polygon;
+    std::vector<std::array<std::int32_t, 3>> m_triangles; ///< of one face
+    std::size_t m_crossed = 0;
+};
+
+Mesh read(const fs::path& file)
+{
+    const Reader reader = readerFor(file);
+    PolygonSoup soup = reader(file, contentOf(file));
+    if (soup.face_ends.empty())
+        throw fileError(file, "", "faces of three corners or more",
+                        fmt::format("{} vertices and no such face", soup.points.size()));
+    if (soup.points.size() > INT32_MAX)
+        throw fileError(file, "", "fewer than 2^31 vertices", "more");
+    checkIndices(file, soup);
+    Mesh m;
+    m.report.vertices = soup.points.size();
+    m.report.faces = soup.face_ends.size();
+    m.report.warnings = std::move(soup.warnings);
+    m.points = std::move(soup.points);
+    m.materials = std::move(soup.materials);
+    Cutter(file, soup, m).run();
+    m.report.triangles = m.triangles.size();
+    m.report.has_uv = !m.uv.empty();
+    // Normals of zero length alone are none.
+    if (std::all_of(m.normals.begin(), m.normals.end(), [](auto& n) { return n == Vec3f(0.0f); }))
+        m.normals.clear();
+    return m;
 }
 
 } // namespace
 
+void PolygonSoup::endFace()
+{
+    const std::size_t first = face_ends.empty() ? 0 : face_ends.back();
+    if (corners.size() - first >= 3) {
+        face_ends.push_back(corners.size());
+        return;
+    }
+    corners.resize(first, {0});
+    ++short_faces;
+}
+
+void PolygonSoup::startRange(const std::string& name, std::int32_t material)
+{
+    if (!ranges.empty() && ranges.back().name == name && ranges.back().material == material) return;
+    if (!ranges.empty() && ranges.back().first_face == face_ends.size()) ranges.pop_back();
+    ranges.push_back({name, material, face_ends.size()});
+}
+
 Mesh readMesh(const fs::path& file)
 {
-    checkFile(file);
-    Soup soup = readSoup(file);
-    Mesh m;
-    m.points = std::move(soup.points);
-    if (soup.normals_set >= m.points.size()) {
-        m.normals = std::move(soup.normals);
-        for (Vec3f& n : m.normals) {
-            const float length = n.length();
-            n = std::isfinite(length) && length > 1e-20f ? n / length : Vec3f(0.0f);
-        }
+    try {
+        return read(file);
+    } catch (const std::bad_alloc&) {
+        throw Error(file.string() + ": the memory is not enough to read this mesh.");
+    } catch (const fs::filesystem_error& e) {
+        throw fileError(file, "", kExpected, e.code().message());
     }
-    addTriangles(soup, m);
-    for (const auto& corners : m.uv)
-        for (const Vec2f& x : corners)
-            if (!std::isfinite(x[0] + x[1]))
-                throw fileError(file, "", "finite texture coordinates", "NaN or infinity");
-    if (m.triangles.empty()) throw fileError(file, "", "faces of three corners or more", "none");
-    m.report.vertices = m.points.size();
-    m.report.faces = soup.faces.size();
-    m.report.triangles = m.triangles.size();
-    return m;
 }
 
 } // namespace volcomp

@@ -64,6 +64,7 @@ void reportPlaced(Tool& tool, const Scene& scene, const PlacedScene& placed)
         const PlacedSurface& s = placed.surfaces[i];
         const MeshReport& r = s.surface.mesh().report;
         tool.say(fmt::format("surface '{}': {}, {:.4g} m^2", s.name, r.text(), s.surface.area()));
+        for (const std::string& warning : r.warnings) tool.warn(warning);
         if (r.non_manifold_faces)
             tool.warn(fmt::format(
                 "{}: {} non-manifold faces at {} edges that more than two faces share; they are kept",
