@@ -190,15 +190,6 @@ private:
     std::string m_place; ///< begins messages
 };
 
-/// The density grid, with voxels instead of active tiles.
-openvdb::FloatGrid::ConstPtr withoutActiveTiles(const openvdb::FloatGrid::ConstPtr& density)
-{
-    if (!density->tree().hasActiveTiles()) return density;
-    const auto copy = density->deepCopy();
-    copy->tree().voxelizeActiveTiles();
-    return copy;
-}
-
 /// A voxel of a part and the coarser voxel into which it falls.
 struct Fine {
     std::uint64_t key; ///< mortonKey() of the coarser voxel
@@ -255,6 +246,7 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     const std::string place = "box '" + box_name + "': ";
     checkTransform(*part.density, place);
     SourcePart s;
+    s.box = box_name;
     s.material = part.material;
     s.kind = part.kind;
     s.has_direction = part.direction != nullptr;

@@ -49,6 +49,7 @@ struct BoundsList {
 struct SourcePart {
     static constexpr int kRun = 16;
 
+    std::string box; ///< name, for messages
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
     double voxel = 1; ///< edge, box length

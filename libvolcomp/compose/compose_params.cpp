@@ -13,6 +13,7 @@ void ComposeParams::validate() const
     if (!(voxel_pixels > 0 && std::isfinite(voxel_pixels)))
         throw Error("compose: expected voxel_pixels > 0");
     if (!(minimum_density >= 0)) throw Error("compose: expected a minimum density >= 0");
+    if (!(minimum_depth >= 0)) throw Error("compose: expected a minimum optical depth >= 0");
 }
 
 } // namespace volcomp

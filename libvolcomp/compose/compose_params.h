@@ -13,6 +13,9 @@ struct ComposeParams {
     double voxel_pixels = 0.5;
     /// Voxels are kept if their density, in 1 / length, is above this.
     double minimum_density = 0;
+    /// And if their optical depth, density times edge, is above this, as in baking: less is not
+    /// seen, and half floats do not hold it.
+    double minimum_depth = 1e-5;
     /// Leaves out boxes that the camera does not see and no shadow needs.
     bool cull = false;
 

@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include "volcomp/base/error.h"
 #include "volcomp/compose/placed_box.h"
 
 namespace volcomp {
@@ -96,6 +97,7 @@ TileSources::TileSources(const std::vector<Pyramids>& boxes, const PlacedScene& 
     : m_boxes(boxes), m_scene(scene), m_placements(scene.boxes.placements), m_skins(skinsOf(scene)),
       m_params(params), m_material(std::move(material))
 {
+    findKind();
     findColours();
     findTiles();
 }
@@ -138,8 +140,9 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
             source -= triangles;
         }
     }
-    sums.finish(origin, static_cast<float>(m_params.minimum_density), m_direction, m_colour, store,
-                blocks);
+    const double minimum =
+        std::max(m_params.minimum_density, m_params.minimum_depth / m_params.voxel);
+    sums.finish(origin, static_cast<float>(minimum), m_direction, m_colour, store, blocks);
 }
 
 /// The part of this material at the level that the placement needs; null if the box has none.
@@ -169,7 +172,29 @@ VoxelTint TileSources::tintOf(std::size_t placement) const
             m_scene.boxes.triangle(placement)};
 }
 
-/// Finds the kind, whether voxels need directions and colours, and if not, the one colour.
+/// Finds the kind, on which all sources have to agree.
+void TileSources::findKind()
+{
+    const SourcePart* first = nullptr;
+    const auto differs = [&](const std::string& other) {
+        return Error("compose: expected one kind of material '" + m_material + "', found that box '"
+                     + first->box + "' and " + other
+                     + " differ: one is a fibre, the other a surface. Bake the boxes again.");
+    };
+    for (const Placement& p : m_placements)
+        if (const SourcePart* part = partOf(p)) {
+            if (!first) first = part;
+            if (part->kind != first->kind) throw differs("box '" + part->box + "'");
+        }
+    if (first) m_kind = first->kind;
+    for (const Skin& skin : m_skins)
+        if (skin.material() == m_material) {
+            m_kind = MaterialKind::surface;
+            if (first && first->kind != m_kind) throw differs("the skin of a surface");
+        }
+}
+
+/// Finds whether voxels need directions and colours, and if not, the one colour.
 void TileSources::findColours()
 {
     std::optional<Vec3f> shared;
@@ -180,7 +205,6 @@ void TileSources::findColours()
     for (const Placement& p : m_placements)
         if (const SourcePart* part = partOf(p)) {
             m_direction = m_direction || part->has_direction;
-            m_kind = part->kind;
             if (part->has_colour || hasVoxelTint(p)) m_colour = true;
             else
                 noteColour(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
@@ -189,7 +213,6 @@ void TileSources::findColours()
     for (const Skin& skin : m_skins)
         if (skin.material() == m_material) {
             m_direction = true;
-            m_kind = MaterialKind::surface;
             if (skin.hasColour()) m_colour = true;
             else noteColour(skin.colour({}));
         }

@@ -72,6 +72,7 @@ private:
     const SourcePart* partOf(const Placement& p) const;
     bool hasVoxelTint(const Placement& p) const;
     VoxelTint tintOf(std::size_t placement) const;
+    void findKind();
     void findColours();
     std::vector<Entry> placementEntries(std::size_t begin, std::size_t end) const;
     std::vector<Entry> skinEntries(const Skin& skin, std::uint64_t first_source) const;

@@ -69,6 +69,9 @@ public:
     virtual ~BlockSource() = default;
 
     const std::vector<PartInfo>& parts() const { return m_parts; } ///< at least one
+    const std::string& file() const { return m_file; }             ///< for messages; empty: no file
+    /// Volume::warnings.
+    const std::vector<std::string>& warnings() const { return m_warnings; }
     /// Index space to world; the same for all parts. Linear, or the constructor of the source or of
     /// the reader throws.
     const openvdb::math::Transform& transform() const { return *m_transform; }
@@ -86,8 +89,10 @@ public:
     virtual void take(const openvdb::Coord& block, BlockVoxels& voxels) const = 0;
 
 protected:
-    BlockSource(std::vector<PartInfo> parts, openvdb::math::Transform::ConstPtr transform)
-        : m_parts(std::move(parts)), m_transform(std::move(transform))
+    BlockSource(std::vector<PartInfo> parts, openvdb::math::Transform::ConstPtr transform,
+                std::vector<std::string> warnings = {}, std::string file = {})
+        : m_parts(std::move(parts)), m_transform(std::move(transform)),
+          m_warnings(std::move(warnings)), m_file(std::move(file))
     {
     }
     BlockSource(const BlockSource&) = default;
@@ -98,6 +103,8 @@ protected:
 private:
     std::vector<PartInfo> m_parts;
     openvdb::math::Transform::ConstPtr m_transform;
+    std::vector<std::string> m_warnings;
+    std::string m_file;
 };
 
 /// What becomes of a block's values in the grids when they have been taken.
@@ -111,8 +118,10 @@ enum class TakenBlocks {
 /// and the blocks at hand are in memory.
 class VolumeSource : public BlockSource {
 public:
-    /// Throws Error if the volume has no parts or the grids' transforms differ.
-    explicit VolumeSource(Volume volume, TakenBlocks taken = TakenBlocks::stay);
+    /// Throws Error if the volume has no parts or the grids' transforms differ. `file` is for
+    /// messages.
+    explicit VolumeSource(Volume volume, TakenBlocks taken = TakenBlocks::stay,
+                          std::string file = {});
 
     std::vector<openvdb::Coord> nodes() const override;
     NodeBlocks blocks(const openvdb::Coord& node) const override;

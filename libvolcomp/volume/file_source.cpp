@@ -6,12 +6,13 @@
 
 namespace volcomp {
 
-FileSource::FileSource(const std::filesystem::path& file) : FileSource(file, readVolume(file, true))
+FileSource::FileSource(const std::filesystem::path& file, const std::string& grid)
+    : FileSource(file, readVolume(file, true, grid))
 {
 }
 
 FileSource::FileSource(const std::filesystem::path& file, const Volume& volume)
-    : VolumeSource(volume, TakenBlocks::freed), m_file(file)
+    : VolumeSource(volume, TakenBlocks::freed, file.string()), m_file(file)
 {
     // So about a hundredth of the mapped file is in memory at a time.
     std::size_t leaves = 0;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <string>
 
 #include "volcomp/volume/block_source.h"
 
@@ -12,11 +13,11 @@ namespace volcomp {
 
 /// Reads each block from the file when it is taken, and frees it: only the topology of the grids
 /// and the blocks at hand are in memory. A file that is replaced meanwhile is read on as it was.
-/// Where a file is too old to be read so, it is read as a whole, and freed block by block.
+/// Where voxels are no cubes, the volume is read as a whole, and freed block by block.
 class FileSource : public VolumeSource {
 public:
     /// The caller has called openvdb::initialize(). Throws Error as readVolume().
-    explicit FileSource(const std::filesystem::path& file);
+    explicit FileSource(const std::filesystem::path& file, const std::string& grid = {});
 
     void take(const openvdb::Coord& block, BlockVoxels& voxels) const override;
 

@@ -125,11 +125,7 @@ public:
         m_part.has_colour = from.colour != nullptr;
         m_part.has_scatter_ratio = from.scatter_ratio != nullptr;
         m_part.stores.emplace_back();
-        if (m_density->tree().hasActiveTiles()) {
-            const auto copy = m_density->deepCopy();
-            copy->tree().voxelizeActiveTiles();
-            m_density = copy;
-        }
+        m_density = withoutActiveTiles(m_density);
         if (from.direction) m_direction.emplace(from.direction->getConstAccessor());
         if (from.colour) m_colour.emplace(from.colour->getConstAccessor());
         if (from.scatter_ratio) m_scatter_ratio.emplace(from.scatter_ratio->getConstAccessor());

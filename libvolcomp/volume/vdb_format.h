@@ -2,6 +2,8 @@
 // What the reader and the writer of VDB files (vdb_io.h) share: names of grids and metadata.
 #pragma once
 
+#include <string>
+
 #include <openvdb/version.h>
 
 #include "volcomp/volume/material.h"
@@ -9,13 +11,14 @@
 
 namespace volcomp {
 
-// vdb_write.cpp writes the bytes of leaves itself, and vdb_read.cpp reads the head of a file
-// itself. Both are as in files of these versions. With another, compare LeafNode::writeBuffers(),
+// vdb_write.cpp writes the bytes of leaves itself, and vdb_check.cpp goes over all bytes itself.
+// Both are as in files of these versions. With another, compare LeafNode::writeBuffers(),
 // io::Archive and io::GridDescriptor with those of OpenVDB 10.0, and run vdb_io_test, which holds
 // our bytes against OpenVDB's.
 static_assert(openvdb::OPENVDB_FILE_VERSION == 224 || openvdb::OPENVDB_FILE_VERSION == 225,
               "a new format of VDB files: see the comment above");
 
+inline const std::string kDensity = "density";
 constexpr const char* kMaterial = "volcomp_material";
 constexpr const char* kKind = "volcomp_kind";
 constexpr const char* kColour = "volcomp_colour";

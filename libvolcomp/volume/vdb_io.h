@@ -48,19 +48,30 @@ void writeVolume(const std::filesystem::path& file, const Volume& volume,
                  const openvdb::MetaMap& extra = {}, GridNames names = GridNames::houdini);
 
 /// Reads a volume, also one that another program made: a lone `density` grid is enough; directions
-/// in such a file are normalised. With `delayed`, leaves are read from the file when they are first
-/// touched, values are not checked here but left to the caller, and a direction that is the same
-/// everywhere is the background of a grid without leaves. Throws Error for a missing, truncated or
-/// foreign file, a grid of the wrong type or name, a transform that is not uniform scale and
-/// translation, and for NaN, infinite or negative densities.
-Volume readVolume(const std::filesystem::path& file, bool delayed = false);
+/// in such a file are normalised. `grid` names another float grid as the density ("fog",
+/// "density[1]"). Voxels of any affine transform that are not cubes along the axes become such
+/// (cubic_voxels.h). Densities that are a little below 0 (kTinyNegative) become 0, directions and
+/// colours that are not finite become 0.
+///
+/// With `delayed`, leaves are read from the file when they are first touched, values are not
+/// checked here but left to the caller, and a direction that is the same everywhere is the
+/// background of a grid without leaves. That does not hold for voxels that are no cubes.
+///
+/// All lengths, counts and positions in the file are checked before OpenVDB reads it. The first
+/// call makes OpenVDB forget its metadata type `__delayedload`, which it trusts.
+///
+/// Throws Error for a missing, truncated or damaged file, one older than OpenVDB 2.0, a grid of the
+/// wrong type or name, a perspective transform, and for densities that are not finite or negative.
+Volume readVolume(const std::filesystem::path& file, bool delayed = false,
+                  const std::string& grid = {});
 
 /// The metadata of the file itself, not of its grids: what writeVolume() was given as `extra`, and
 /// more. Throws Error as readVolume().
 openvdb::MetaMap readVolumeMetadata(const std::filesystem::path& file);
 
-/// A text that differs from that of every other file, also from one that is written anew with the
-/// same content. Throws Error as readVolume().
-std::string volumeIdentifier(const std::filesystem::path& file);
+/// A text that follows from the content of a file that writeVolume() wrote, and so is the same for
+/// one that was made again. Other programs' files have their own each time they are written. With
+/// another `grid` as the density it is another text. Throws Error as readVolume().
+std::string volumeIdentifier(const std::filesystem::path& file, const std::string& grid = {});
 
 } // namespace volcomp

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
-#include <openvdb/io/File.h>
-#include <openvdb/io/GridDescriptor.h>
-#include <openvdb/io/io.h>
 #include <openvdb/tree/LeafManager.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/text.h"
-#include "volcomp/volume/vdb_io.h"
+#include "volcomp/volume/cubic_voxels.h"
+#include "volcomp/volume/vdb_file.h"
 #include "volcomp/volume/vdb_format.h"
+#include "volcomp/volume/vdb_io.h"
 
 namespace volcomp {
 namespace {
@@ -23,177 +22,79 @@ namespace fs = std::filesystem;
 using openvdb::FloatGrid;
 using openvdb::Vec3SGrid;
 
-/// An open file.
-class Reader {
-public:
-    Reader(const fs::path& file, bool delayed)
-        : m_path(file), m_file(file.string()), m_delayed(delayed)
-    {
-        std::error_code code;
-        if (!fs::exists(file, code))
-            throw fileError(file, "", "a VDB file", "no file",
-                            "Check the path; the bake and compose tools make such files.");
-        if (!fs::is_regular_file(file, code))
-            throw fileError(file, "", "a VDB file", "a directory or device");
-        if (fs::file_size(file, code) == 0)
-            throw fileError(file, "", "a VDB file", "an empty file");
-        guarded([&] {
-            m_delayed = reachesItsEnd() && m_delayed;
-            // The file is read from where it is, not copied first; if it is replaced meanwhile, the
-            // old one stays open.
-            m_file.setCopyMaxBytes(0);
-            m_file.open(m_delayed);
-        });
-        for (auto name = m_file.beginName(); name != m_file.endName(); ++name)
-            m_names.push_back(*name);
-    }
-
-    bool has(const std::string& name) const
-    {
-        return std::find(m_names.begin(), m_names.end(), name) != m_names.end();
-    }
-    const std::vector<std::string>& names() const { return m_names; }
-    openvdb::MetaMap metadata()
-    {
-        openvdb::MetaMap result;
-        guarded([&] { result = *m_file.getMetadata(); });
-        return result;
-    }
-
-    std::string identifier() const
-    {
-        return m_file.getUniqueTag() + "-" + std::to_string(fs::file_size(m_path));
-    }
-
-    template <class Grid>
-    typename Grid::Ptr read(const std::string& name)
-    {
-        openvdb::GridBase::Ptr grid;
-        guarded([&] { grid = m_file.readGrid(name); });
-        auto typed = openvdb::gridPtrCast<Grid>(grid);
-        if (!typed)
-            throw fileError(m_path, "grid '" + name + "'", "type " + Grid::gridType(),
-                            "type " + grid->type());
-        checkTransform(*grid, name);
-        return typed;
-    }
-
-    const fs::path& path() const { return m_path; }
-    bool delayed() const { return m_delayed; }
-
-private:
-    /// Calls f. OpenVDB's exceptions do not name the file; those that leave here do.
-    template <class F>
-    void guarded(F&& f)
-    {
-        try {
-            f();
-        } catch (const Error&) {
-            throw;
-        } catch (const std::exception& e) {
-            throw fileError(m_path, "", "a complete VDB file",
-                            std::string("one that cannot be read (") + e.what() + ")",
-                            "It may be truncated or of another format; make it again.");
-        }
-    }
-
-    /// Throws if the file ends before its last grid does: OpenVDB takes what is missing for zeros,
-    /// or for counts of any size. Returns false for a file that does not say where its grids end,
-    /// as it is too old or of another format.
-    bool reachesItsEnd() const
-    {
-        // Magic number, three versions, whether there are offsets, and the file's identifier.
-        constexpr int kHeader = 8 + 4 + 4 + 4 + 1 + 36;
-        std::ifstream stream(m_path, std::ios::binary);
-        stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-        std::int64_t magic = 0;
-        std::uint32_t versions[3] = {}; // of the format, of the library
-        stream.read(reinterpret_cast<char*>(&magic), sizeof magic);
-        stream.read(reinterpret_cast<char*>(versions), sizeof versions);
-        if (magic != openvdb::OPENVDB_MAGIC
-            || versions[0] < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
-            return false;
-        openvdb::io::setVersion(stream, {versions[1], versions[2]}, versions[0]);
-        stream.seekg(kHeader);
-        openvdb::MetaMap().readMeta(stream);
-        std::int32_t grids = 0;
-        stream.read(reinterpret_cast<char*>(&grids), sizeof grids);
-        const auto size = static_cast<std::int64_t>(fs::file_size(m_path));
-        for (int i = 0; i < grids; ++i) {
-            openvdb::io::GridDescriptor grid;
-            grid.read(stream);
-            if (grid.getEndPos() > size)
-                throw openvdb::IoError(
-                    fmt::format("grid '{}' goes on beyond the end of the file", grid.gridName()));
-            grid.seekToEnd(stream);
-        }
-        return true;
-    }
-
-    void checkTransform(const openvdb::GridBase& grid, const std::string& name) const
-    {
-        const auto& t = grid.transform();
-        const std::string place = "grid '" + name + "'";
-        if (!t.isLinear())
-            throw fileError(m_path, place, "a linear transform", "a " + t.mapType(),
-                            "Resample the grid to cubic voxels.");
-        const openvdb::Mat4d m = t.baseMap()->getAffineMap()->getMat4();
-        const double h = m(0, 0);
-        double off = std::max(std::abs(m(1, 1) - h), std::abs(m(2, 2) - h));
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                if (i != j) off = std::max(off, std::abs(m(i, j)));
-        if (!(h > 0) || !std::isfinite(h) || off > 1e-6 * h)
-            throw fileError(
-                m_path, place, "cubic voxels along the axes (uniform scale and translation)",
-                fmt::format(
-                    "a transform with the rows [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}], [{:g}, {:g}, {:g}]",
-                    m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1),
-                    m(2, 2)),
-                "Resample the grid to such voxels.");
-    }
-
-    fs::path m_path;
-    openvdb::io::File m_file;
-    bool m_delayed;
-    std::vector<std::string> m_names;
-};
-
-void checkBackground(const Reader& reader, const FloatGrid& grid)
+void checkBackground(const VdbFile& file, const FloatGrid& grid)
 {
     if (grid.background() != 0)
-        throw fileError(reader.path(), fmt::format("grid '{}', background", grid.getName()),
-                        "0 (a fog volume)", fmt::format("{}", grid.background()),
+        throw fileError(file.path(), fmt::format("grid '{}', background", grid.getName()),
+                        "0 (a fog volume)", fmt::format("{:g}", grid.background()),
                         "Convert level sets to fog volumes first.");
 }
 
-void checkDensity(const Reader& reader, const FloatGrid& grid)
+/// The largest and the least density, and the place of the least; of the first that is not finite,
+/// if there is one.
+struct Extremes {
+    float largest = 0, least = 0;
+    openvdb::Coord at;
+
+    void add(float value, const openvdb::Coord& place)
+    {
+        if (!std::isfinite(least)) return;
+        largest = std::max(largest, std::isfinite(value) ? value : 0);
+        if (value >= least && std::isfinite(value)) return;
+        least = value;
+        at = place;
+    }
+    void add(const Extremes& other)
+    {
+        largest = std::max(largest, other.largest);
+        if (std::isfinite(least) && !(other.least >= least)) {
+            least = other.least;
+            at = other.at;
+        }
+    }
+};
+
+/// The same for any number of threads.
+Extremes extremesOf(const FloatGrid& grid)
 {
-    const auto bad = [](float v) { return !(v >= 0) || !std::isfinite(v); };
-    const auto fail = [&](const openvdb::Coord& at, float value) {
-        throw fileError(
-            reader.path(),
-            fmt::format("grid '{}', voxel ({}, {}, {})", grid.getName(), at.x(), at.y(), at.z()),
-            "a finite density >= 0", fmt::format("{}", value));
-    };
     const openvdb::tree::LeafManager<const openvdb::FloatTree> leaves(grid.tree());
-    // The first leaf with a bad voxel in the order of the tree, for any number of threads.
-    const std::size_t first = tbb::parallel_reduce(
-        leaves.leafRange(), leaves.leafCount(),
-        [&](const auto& range, std::size_t found) {
-            for (auto leaf = range.begin(); leaf; ++leaf)
-                for (auto v = leaf->cbeginValueOn(); v && leaf.pos() < found; ++v)
-                    if (bad(*v)) found = leaf.pos();
-            return found;
+    Extremes found = tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 256), Extremes(),
+        [&](const tbb::blocked_range<std::size_t>& range, Extremes e) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                for (auto v = leaves.leaf(i).cbeginValueOn(); v; ++v) e.add(*v, v.getCoord());
+            return e;
         },
-        [](std::size_t a, std::size_t b) { return std::min(a, b); });
-    if (first < leaves.leafCount())
-        for (auto v = leaves.leaf(first).cbeginValueOn(); v; ++v)
-            if (bad(*v)) fail(v.getCoord(), *v);
+        [](Extremes a, const Extremes& b) {
+            a.add(b);
+            return a;
+        });
     auto tile = grid.cbeginValueOn();
     tile.setMaxDepth(FloatGrid::ValueOnCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile) found.add(*tile, tile.getCoord());
+    return found;
+}
+
+/// Throws if a density is not finite or negative. Sets tiny negative ones to 0, and adds a warning.
+void checkDensity(const VdbFile& file, FloatGrid& grid, std::vector<std::string>& warnings)
+{
+    const Extremes e = extremesOf(grid);
+    if (!std::isfinite(e.least) || !(e.least >= -kTinyNegative * e.largest))
+        throw fileError(file.path(),
+                        fmt::format("grid '{}', voxel ({}, {}, {})", grid.getName(), e.at.x(),
+                                    e.at.y(), e.at.z()),
+                        "a finite density >= 0", fmt::format("{:g}", e.least));
+    if (e.least >= 0) return;
+    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid.tree());
+    leaves.foreach ([](auto& leaf, std::size_t) {
+        for (auto v = leaf.beginValueOn(); v; ++v)
+            if (*v < 0) v.setValue(0);
+    });
+    auto tile = grid.beginValueOn();
+    tile.setMaxDepth(FloatGrid::ValueOnIter::LEAF_DEPTH - 1);
     for (; tile; ++tile)
-        if (bad(*tile)) fail(tile.getCoord(), *tile);
+        if (*tile < 0) tile.setValue(0);
+    warnings.push_back(file.path().string() + ": " + negativeDensities(grid.getName(), e.least));
 }
 
 /// Sets vectors that are not finite to 0. With `normalise`, which is for foreign files, it gives
@@ -223,24 +124,48 @@ std::optional<T> metadata(const openvdb::GridBase& grid, const char* key)
     return value->value();
 }
 
-Vec3SGrid::Ptr readVectors(Reader& reader, const std::string& name, const FloatGrid& density,
-                           bool normalise)
+/// Reads the parts of a volume from a file.
+class PartReader {
+public:
+    PartReader(VdbFile& file, LeavesRead leaves, std::vector<std::string>& warnings)
+        : m_file(file), m_leaves(leaves), m_warnings(warnings)
+    {
+    }
+
+    /// The part whose density has this name; its other grids end as that name does.
+    VolumePart read(const std::string& name);
+
+private:
+    bool now() const { return m_leaves == LeavesRead::now; }
+    Vec3SGrid::Ptr readVectors(const std::string& name, const FloatGrid& density, bool normalise);
+    Vec3SGrid::Ptr sharedVector(const FloatGrid& density, const openvdb::Vec3s& value) const;
+    /// One vector of the density's metadata; none if it is not finite.
+    std::optional<openvdb::Vec3s> metadataVector(const FloatGrid& density, const char* key) const;
+    MaterialKind kindOf(const FloatGrid& density, bool has_tangent) const;
+
+    VdbFile& m_file;
+    LeavesRead m_leaves;
+    std::vector<std::string>& m_warnings;
+};
+
+Vec3SGrid::Ptr PartReader::readVectors(const std::string& name, const FloatGrid& density,
+                                       bool normalise)
 {
-    auto grid = reader.read<Vec3SGrid>(name);
+    auto grid = m_file.read<Vec3SGrid>(name, normalise ? LeavesRead::now : m_leaves);
     if (!(grid->transform() == density.transform()))
-        throw fileError(reader.path(), "grid '" + name + "'",
+        throw fileError(m_file.path(), "grid '" + name + "'",
                         "the transform of '" + density.getName() + "'", "another one");
-    if (normalise || !reader.delayed()) clean(*grid, normalise);
+    if (normalise || now()) clean(*grid, normalise);
     return grid;
 }
 
-/// A grid of one value in the density's voxels. With `delayed` the value is the background of a
-/// grid without leaves.
-Vec3SGrid::Ptr sharedVector(const FloatGrid& density, const openvdb::Vec3s& value, bool delayed)
+/// A grid of one value in the density's voxels. If leaves are read later, the value is the
+/// background of a grid without leaves.
+Vec3SGrid::Ptr PartReader::sharedVector(const FloatGrid& density, const openvdb::Vec3s& value) const
 {
-    auto grid = Vec3SGrid::create(delayed ? value : openvdb::Vec3s(0));
+    auto grid = Vec3SGrid::create(now() ? openvdb::Vec3s(0) : value);
     grid->setTransform(density.transform().copy());
-    if (delayed) return grid;
+    if (!now()) return grid;
     grid->tree().topologyUnion(density.tree());
     openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid->tree());
     leaves.foreach ([&](auto& leaf, std::size_t) {
@@ -252,65 +177,147 @@ Vec3SGrid::Ptr sharedVector(const FloatGrid& density, const openvdb::Vec3s& valu
     return grid;
 }
 
-VolumePart readPart(Reader& reader, const std::string& suffix)
+std::optional<openvdb::Vec3s> PartReader::metadataVector(const FloatGrid& density,
+                                                         const char* key) const
 {
+    const auto value = metadata<openvdb::Vec3s>(density, key);
+    if (value && !std::isfinite(value->length()))
+        throw fileError(
+            m_file.path(), fmt::format("grid '{}', metadata '{}'", density.getName(), key),
+            "finite numbers", fmt::format("{:g} {:g} {:g}", (*value)[0], (*value)[1], (*value)[2]));
+    return value;
+}
+
+MaterialKind PartReader::kindOf(const FloatGrid& density, bool has_tangent) const
+{
+    const auto kind = metadata<std::string>(density, kKind);
+    if (!kind) return has_tangent ? MaterialKind::fibre : MaterialKind::surface;
+    if (*kind == "fibre") return MaterialKind::fibre;
+    if (*kind == "surface") return MaterialKind::surface;
+    throw fileError(m_file.path(),
+                    fmt::format("grid '{}', metadata '{}'", density.getName(), kKind),
+                    "'fibre' or 'surface'", "'" + *kind + "'");
+}
+
+VolumePart PartReader::read(const std::string& name)
+{
+    const std::string suffix = name.rfind(kDensity, 0) == 0 ? name.substr(kDensity.size()) : "";
     VolumePart part;
-    part.density = reader.read<FloatGrid>("density" + suffix);
-    checkBackground(reader, *part.density);
-    if (!reader.delayed()) checkDensity(reader, *part.density);
+    part.density = m_file.read<FloatGrid>(name, m_leaves);
+    checkBackground(m_file, *part.density);
+    if (now()) checkDensity(m_file, *part.density, m_warnings);
     part.material = metadata<std::string>(*part.density, kMaterial).value_or("");
-    const auto kind = metadata<std::string>(*part.density, kKind);
-    const bool ours = kind.has_value();
-    const bool has_tangent = reader.has("tangentu" + suffix);
-    if (ours) part.kind = *kind == "surface" ? MaterialKind::surface : MaterialKind::fibre;
-    else part.kind = has_tangent ? MaterialKind::fibre : MaterialKind::surface;
-    if (const std::string name = directionName(part.kind) + suffix; reader.has(name))
-        part.direction = readVectors(reader, name, *part.density, !ours);
-    else if (const auto shared = metadata<openvdb::Vec3s>(*part.density, kDirection))
-        part.direction = sharedVector(*part.density, *shared, reader.delayed());
-    if (ours && (reader.has("shown" + suffix) || metadata<openvdb::Vec3s>(*part.density, kShown)))
-        throw fileError(reader.path(), "grid 'shown" + suffix + "'",
+    const bool ours = metadata<std::string>(*part.density, kKind).has_value();
+    part.kind = kindOf(*part.density, m_file.has("tangentu" + suffix));
+    if (const std::string grid = directionName(part.kind) + suffix; m_file.has(grid))
+        part.direction = readVectors(grid, *part.density, !ours);
+    else if (const auto shared = metadataVector(*part.density, kDirection))
+        part.direction = sharedVector(*part.density, *shared);
+    if (ours && (m_file.has("shown" + suffix) || metadata<openvdb::Vec3s>(*part.density, kShown)))
+        throw fileError(m_file.path(), "grid 'shown" + suffix + "'",
                         "grid 'scatter_ratio" + suffix + "'", "what volcomp 0.1.0 had in its place",
                         "Write the levels of the volume anew (volcomp-render --write-levels).");
-    if (const std::string name = "scatter_ratio" + suffix; ours && reader.has(name))
-        part.scatter_ratio = readVectors(reader, name, *part.density, false);
-    else if (const auto scatter_ratio = metadata<openvdb::Vec3s>(*part.density, kScatterRatio))
-        part.scatter_ratio = sharedVector(*part.density, *scatter_ratio, reader.delayed());
+    if (const std::string grid = "scatter_ratio" + suffix; ours && m_file.has(grid))
+        part.scatter_ratio = readVectors(grid, *part.density, false);
+    else if (const auto scatter_ratio = metadataVector(*part.density, kScatterRatio))
+        part.scatter_ratio = sharedVector(*part.density, *scatter_ratio);
     for (const GridNames names : {GridNames::houdini, GridNames::blender})
-        if (const std::string name = colourName(names) + suffix; !part.colour && reader.has(name))
-            part.colour = readVectors(reader, name, *part.density, false);
-    if (const auto colour = metadata<openvdb::Vec3s>(*part.density, kColour))
-        part.uniform_colour = *colour;
+        if (const std::string grid = colourName(names) + suffix; !part.colour && m_file.has(grid))
+            part.colour = readVectors(grid, *part.density, false);
+    if (const auto colour = metadataVector(*part.density, kColour)) part.uniform_colour = *colour;
     return part;
+}
+
+bool isFloat(const VdbGrid& grid) { return grid.type == FloatGrid::gridType(); }
+
+/// The names of a file's float grids, for messages.
+std::string floatGrids(const VdbFile& file)
+{
+    std::vector<std::string> names;
+    for (const VdbGrid& grid : file.grids())
+        if (isFloat(grid)) names.push_back(grid.name);
+    return joined(names);
+}
+
+/// The densities of the file's parts. Other programs' files may have `density_old` beside
+/// `density`: `density` is the sum of the others only if these say that they are our parts.
+std::vector<std::string> densitiesOf(VdbFile& file, std::vector<std::string>& warnings)
+{
+    std::vector<std::string> ours, others;
+    for (const VdbGrid& grid : file.grids()) {
+        if (grid.name.rfind(kDensity + "_", 0) != 0) continue;
+        const bool is_ours =
+            isFloat(grid) && metadata<std::string>(*file.readHead(grid.name), kKind).has_value();
+        (is_ours ? ours : others).push_back(grid.name);
+    }
+    if (ours.empty() && !file.has(kDensity)) std::swap(ours, others);
+    if (ours.empty() && file.has(kDensity)) ours.push_back(kDensity);
+    if (!others.empty())
+        warnings.push_back(
+            fmt::format("{}: grids {} are not read, only {}; the option --grid reads "
+                        "another one",
+                        file.path().string(), joined(others), joined(ours)));
+    if (!ours.empty()) return ours;
+    std::vector<std::string> names;
+    for (const VdbGrid& grid : file.grids()) names.push_back(grid.name);
+    const std::string found = joined(names), floats = floatGrids(file);
+    throw fileError(
+        file.path(), "", "a grid named 'density'", found.empty() ? "no grids" : "grids " + found,
+        floats.empty()
+            ? ""
+            : "The option --grid NAME takes any of these as the density: " + floats + ".");
+}
+
+/// The volume in cubic voxels, if its own are no cubes along the axes.
+Volume cubic(Volume volume, const VdbFile& file)
+{
+    if (hasCubicVoxels(volume.parts[0].density->transform())) return volume;
+    try {
+        volume = withCubicVoxels(volume);
+    } catch (const Error& e) {
+        throw Error(file.path().string() + ": " + e.what());
+    }
+    double voxels = 0, bytes = 0;
+    for (const VolumePart& part : volume.parts) {
+        voxels += double(part.density->activeVoxelCount());
+        for (const openvdb::GridBase::Ptr& grid :
+             {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction),
+              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio)})
+            if (grid) bytes += double(grid->baseTree().memUsage());
+    }
+    volume.warnings.push_back(
+        fmt::format("{}: its voxels are no cubes along the axes and were resampled to {:.0f} cubes "
+                    "of edge {:g}, which takes {:.0f} MB more than to read it",
+                    file.path().string(), voxels, volume.voxelSize(), bytes / 1e6));
+    return volume;
 }
 
 } // namespace
 
-Volume readVolume(const fs::path& file, bool delayed)
+Volume readVolume(const fs::path& path, bool delayed, const std::string& grid)
 {
-    Reader reader(file, delayed);
-    std::vector<std::string> suffixes;
-    for (const std::string& name : reader.names())
-        if (name.rfind("density_", 0) == 0) suffixes.push_back(name.substr(7));
-    if (suffixes.empty()) {
-        if (!reader.has("density")) {
-            const std::string found = joined(reader.names());
-            throw fileError(file, "", "a grid named 'density'",
-                            found.empty() ? "no grids" : "grids " + found);
-        }
-        suffixes.push_back("");
-    }
+    VdbFile file(path);
     Volume volume;
-    for (const std::string& suffix : suffixes) volume.parts.push_back(readPart(reader, suffix));
+    std::vector<std::string> names{grid};
+    if (grid.empty()) names = densitiesOf(file, volume.warnings);
+    else if (!file.has(grid))
+        throw fileError(path, "", "a grid named '" + grid + "'", "grids " + floatGrids(file));
+    const openvdb::GridBase::Ptr first = file.readHead(names[0]);
+    const bool later = delayed && hasCubicVoxels(first->transform());
+    PartReader reader(file, later ? LeavesRead::when_touched : LeavesRead::now, volume.warnings);
+    for (const std::string& name : names) volume.parts.push_back(reader.read(name));
     for (const VolumePart& part : volume.parts)
         if (!(part.density->transform() == volume.parts[0].density->transform()))
-            throw fileError(file, "grid '" + part.density->getName() + "'",
+            throw fileError(path, "grid '" + part.density->getName() + "'",
                             "the transform of the other density grids", "another one");
-    return volume;
+    return cubic(std::move(volume), file);
 }
 
-openvdb::MetaMap readVolumeMetadata(const fs::path& file) { return Reader(file, true).metadata(); }
+openvdb::MetaMap readVolumeMetadata(const fs::path& file) { return VdbFile(file).metadata(); }
 
-std::string volumeIdentifier(const fs::path& file) { return Reader(file, true).identifier(); }
+std::string volumeIdentifier(const fs::path& file, const std::string& grid)
+{
+    return VdbFile(file).identifier() + (grid.empty() ? "" : "-" + grid);
+}
 
 } // namespace volcomp

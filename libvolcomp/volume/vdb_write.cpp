@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <fstream>
 #include <optional>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <tbb/parallel_for.h>
@@ -14,6 +15,7 @@
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
 #include "volcomp/volume/vdb_io.h"
+#include "volcomp/volume/hashed_file.h"
 #include "volcomp/volume/vdb_format.h"
 
 namespace volcomp {
@@ -266,23 +268,39 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNam
     return grids;
 }
 
+constexpr std::streamoff kUuid = 36; ///< letters
+
+/// As openvdb::io::Archive writes one: 8-4-4-4-12 hexadecimal digits.
+std::string uuidOf(const std::array<std::uint64_t, 2>& hash)
+{
+    return fmt::format("{:08x}-{:04x}-{:04x}-{:04x}-{:012x}", hash[0] >> 32, hash[0] >> 16 & 0xffff,
+                       hash[0] & 0xffff, hash[1] >> 48, hash[1] & 0xffffffffffff);
+}
+
 /// Writes what openvdb::io::File writes, but not the metadata "file_delayed_load", the sizes of all
 /// leaves ahead of the leaves: for them OpenVDB compresses each leaf twice, and needs the leaves in
 /// memory. Readers do without.
+///
+/// The file's UUID, which OpenVDB draws by chance, follows from all other bytes: a volume that is
+/// made again has the same bytes.
 class Writer : public openvdb::io::Archive {
 public:
-    explicit Writer(const fs::path& file) { m_out.open(file, std::ios::binary | std::ios::trunc); }
+    explicit Writer(const fs::path& file) : m_buffer(file), m_out(&m_buffer) { }
 
     void writeGrids(const openvdb::GridPtrVec& grids, const openvdb::MetaMap& meta)
     {
         openvdb::io::setDataCompression(m_out, compression());
         writeHeader(m_out, true);
+        const std::streamoff head = m_out.tellp();
+        m_buffer.startHash();
         meta.writeMeta(m_out);
         const auto count = static_cast<std::int32_t>(grids.size());
         m_out.write(reinterpret_cast<const char*>(&count), sizeof(count));
         for (const openvdb::GridBase::Ptr& grid : grids) writeGrid(*grid);
-        m_out.close();
-        if (!m_out) throw openvdb::IoError(openvdb::io::getErrorString());
+        m_out.seekp(head - kUuid);
+        m_out << uuidOf(m_buffer.hash());
+        m_buffer.close();
+        if (!m_out || !m_buffer.closed()) throw openvdb::IoError(openvdb::io::getErrorString());
     }
 
 private:
@@ -309,7 +327,8 @@ private:
         descriptor.seekToEnd(m_out);
     }
 
-    std::ofstream m_out;
+    HashedFile m_buffer;
+    std::ostream m_out;
 };
 
 } // namespace

@@ -46,10 +46,23 @@ struct VolumePart {
 /// shares the grids: a change of a voxel shows in both.
 struct Volume {
     std::vector<VolumePart> parts;
+    /// What was mended or left out when the volume was read, a sentence each, with the file's name.
+    std::vector<std::string> warnings{};
 
     /// Edge of a voxel, world units. Throws std::out_of_range if there are no parts.
     double voxelSize() const { return parts.at(0).density->voxelSize()[0]; }
 };
+
+/// A density below 0, but above -kTinyNegative times the largest one, is what filters leave behind:
+/// it counts as 0, with a warning. One below that is an error.
+constexpr float kTinyNegative = 1e-6f;
+
+/// That warning, without the name of the file.
+std::string negativeDensities(const std::string& grid, float least);
+
+/// The density grid, with voxels instead of active tiles; itself if it has none. Throws Error if
+/// the tiles hold more than 2^27 voxels.
+openvdb::FloatGrid::ConstPtr withoutActiveTiles(const openvdb::FloatGrid::ConstPtr& density);
 
 /// A volume box (MODEL section 6): root at the origin, axis +Y, in metres. A copy shares the grids.
 struct Box {

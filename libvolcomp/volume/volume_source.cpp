@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The blocks of OpenVDB grids.
 #include <algorithm>
+#include <cmath>
 
 #include "volcomp/base/error.h"
 #include "volcomp/volume/block_source.h"
@@ -45,6 +46,27 @@ float tileOf(const VolumePart& part, const Coord& block)
     return part.density->tree().probeValue(block, tile) ? tile : 0;
 }
 
+/// The values of a leaf, read from the file if they are still there. If that fails, OpenVDB 10.0
+/// leaves a buffer behind that takes its values for a place in the file: its destructor would free
+/// them as such. So that buffer, 2 to 6 KB, is never destroyed.
+template <class Leaf>
+const typename Leaf::ValueType* valuesOf(Leaf& leaf)
+{
+    using Buffer = typename Leaf::Buffer;
+    try {
+        return leaf.buffer().data();
+    } catch (...) {
+        const auto zero = openvdb::zeroVal<typename Leaf::ValueType>();
+        leaf.swap(*new Buffer(openvdb::PartialCreate(), zero));
+        throw;
+    }
+}
+
+Vec3f finite(const Vec3f& v)
+{
+    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]) ? v : Vec3f(0.0f);
+}
+
 template <class Node>
 bool hasNode(const openvdb::Vec3SGrid::Ptr& grid, const Coord& at)
 {
@@ -63,25 +85,25 @@ void takeVectors(const openvdb::Vec3SGrid::Ptr& grid, const Coord& block, const 
                  std::size_t count, std::vector<Vec3f>& to)
 {
     if (!grid) return;
-    const VectorLeaf* leaf = grid->tree().probeConstLeaf(block);
+    VectorLeaf* const leaf = grid->tree().probeLeaf(block);
     if (!leaf) {
-        to.push_back(grid->tree().getValue(block));
+        to.push_back(finite(grid->tree().getValue(block)));
         return;
     }
-    const Vec3f* values = leaf->buffer().data();
+    const Vec3f* values = valuesOf(*leaf);
     to.resize(count);
     Vec3f* next = to.data();
     for (int x = 0; x < 8; ++x)
         for (std::uint64_t left = mask[x]; left; left &= left - 1)
-            *next++ = values[x << 6 | __builtin_ctzll(left)];
+            *next++ = finite(values[x << 6 | __builtin_ctzll(left)]);
 }
 
 void takePart(const VolumePart& part, const Coord& block, PartVoxels& to)
 {
     to.clear();
     std::size_t count = kLeafSize;
-    if (const FloatLeaf* leaf = part.density->tree().probeConstLeaf(block)) {
-        const float* values = leaf->buffer().data();
+    if (FloatLeaf* const leaf = part.density->tree().probeLeaf(block)) {
+        const float* values = valuesOf(*leaf);
         to.density.reserve(kLeafSize);
         for (int x = 0; x < 8; ++x)
             for (std::uint64_t left = leaf->valueMask().getWord<std::uint64_t>(x); left;
@@ -128,8 +150,9 @@ void PartVoxels::clear()
     scatter_ratio.clear();
 }
 
-VolumeSource::VolumeSource(Volume volume, TakenBlocks taken)
-    : BlockSource(partsOf(volume), transformOf(volume)), m_volume(std::move(volume)), m_taken(taken)
+VolumeSource::VolumeSource(Volume volume, TakenBlocks taken, std::string file)
+    : BlockSource(partsOf(volume), transformOf(volume), volume.warnings, std::move(file)),
+      m_volume(std::move(volume)), m_taken(taken)
 {
     for (const VolumePart& part : m_volume.parts)
         for (const openvdb::GridBase::Ptr& grid :
@@ -141,6 +164,9 @@ VolumeSource::VolumeSource(Volume volume, TakenBlocks taken)
 
 std::vector<Coord> VolumeSource::nodes() const
 {
+    constexpr int kRootDim = 4096;  // voxels along an edge of the root's tiles
+    constexpr int kMostTiles = 256; // each stands for 32^3 nodes
+    int tiles = 0;
     std::vector<Coord> origins;
     for (const VolumePart& part : m_volume.parts) {
         const auto& root = part.density->tree().root();
@@ -151,7 +177,9 @@ std::vector<Coord> VolumeSource::nodes() const
                 origins.push_back(tile.getCoord());
         }
         for (auto tile = root.cbeginValueOn(); tile; ++tile) {
-            constexpr int kRootDim = 4096; // voxels along an edge of the root's tiles
+            if (++tiles > kMostTiles)
+                throw Error("the volume has more than " + std::to_string(kMostTiles)
+                            + " solid cubes of 4096 voxels; use a larger voxel");
             for (int x = 0; x < kRootDim; x += kNodeDim)
                 for (int y = 0; y < kRootDim; y += kNodeDim)
                     for (int z = 0; z < kRootDim; z += kNodeDim)

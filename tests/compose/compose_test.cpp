@@ -9,6 +9,7 @@
 
 #include "tests/support/boxes.h"
 #include "tests/support/each_target.h"
+#include "tests/support/message_of.h"
 #include "volcomp/base/principal_direction.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/parallel.h"
@@ -313,6 +314,43 @@ TEST(Compose, WrongInputIsRefused)
     EXPECT_THROW(composed({bad}, {Placement{}}, voxel(0.1)), Error);
     bad.volume.parts[0].density->tree().setValue(Coord(1, 1, 1), NAN);
     EXPECT_THROW(composed({bad}, {Placement{}}, voxel(0.1)), Error);
+}
+
+// What takes less than 1e-5 of the light is not kept, and the rest fits half floats.
+TEST(Compose, VoxelsThatAreNotSeenAreLeftOut)
+{
+    const Box box = strands(16, 24, 12, 0.01, 4);
+    ComposeParams params = voxel(0.004);
+    const Placement p = randomPlacement(3, 1.0);
+    const VolumePart all = composed({box}, {p}, params).parts[0];
+    params.minimum_depth = ComposeParams().minimum_depth;
+    const VolumePart kept = composed({box}, {p}, params).parts[0];
+    EXPECT_EQ(params.minimum_depth, 1e-5);
+    openvdb::Index64 seen = 0;
+    for (auto v = all.density->cbeginValueOn(); v; ++v) {
+        const bool is_seen = *v * 0.004 > 1e-5;
+        seen += is_seen;
+        ASSERT_EQ(kept.density->tree().getValue(v.getCoord()), is_seen ? *v : 0);
+    }
+    EXPECT_EQ(kept.density->activeVoxelCount(), seen);
+    EXPECT_LT(seen, all.density->activeVoxelCount());
+}
+
+// A material whose kind was changed after some of the boxes were baked.
+TEST(Compose, AMaterialOfTwoKindsIsAnError)
+{
+    Box fur = strands(8, 8, 3, 0.1, 1), leaf = fur;
+    leaf.name = "leaf";
+    leaf.volume.parts[0].kind = MaterialKind::surface;
+    Placement second;
+    second.box = 1;
+    const std::string message = messageOf([&] {
+        composed({fur, leaf}, {Placement{}, second}, voxel(0.1));
+    });
+    EXPECT_NE(message.find("'tuft'"), std::string::npos) << message;
+    EXPECT_NE(message.find("'leaf'"), std::string::npos) << message;
+    leaf.volume.parts[0].material = "other";
+    EXPECT_EQ(composed({fur, leaf}, {Placement{}, second}, voxel(0.1)).parts.size(), 2u);
 }
 
 TEST(Compose, ABoxSmallerThanAVoxelIsNotLost)

@@ -97,6 +97,7 @@ inline ComposeParams voxel(double size)
 {
     ComposeParams p;
     p.voxel = size;
+    p.minimum_depth = 0; // so that sums are exact
     return p;
 }
 

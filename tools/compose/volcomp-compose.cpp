@@ -38,7 +38,8 @@ double machineMegabytes()
 }
 
 /// Reads the boxes that the scene's layers use, in the order of usedBoxes().
-std::vector<Box> readBoxes(const Scene& scene, const fs::path& directory, const Progress& progress)
+std::vector<Box> readBoxes(const Tool& tool, const Scene& scene, const fs::path& directory,
+                           const Progress& progress)
 {
     std::vector<Box> boxes;
     const std::vector<BoxKind> kinds = usedBoxes(scene);
@@ -51,6 +52,7 @@ std::vector<Box> readBoxes(const Scene& scene, const fs::path& directory, const 
                                     + std::to_string(variant + 1),
                                 "no file", "Run volcomp-bake first, or check --boxes.");
             boxes.push_back({kinds[k].name, variant, readVolume(file)});
+            for (const std::string& warning : boxes.back().volume.warnings) tool.warn(warning);
         }
         report(progress, double(k + 1) / double(kinds.size()));
     }
@@ -168,7 +170,7 @@ void run(Tool& tool, const Options& options)
 {
     const Scene scene = sceneOf(tool, options);
     const std::vector<Box> boxes = tool.stage(
-        "read boxes", [&](const Progress& p) { return readBoxes(scene, options.boxes, p); });
+        "read boxes", [&](const Progress& p) { return readBoxes(tool, scene, options.boxes, p); });
     PlaceOptions place_options;
     place_options.keep_uvs = !options.placements.empty();
     PlacedScene placed =

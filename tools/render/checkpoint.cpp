@@ -35,18 +35,20 @@ std::uint64_t hashOf(const std::vector<T>& values)
 
 } // namespace
 
-json renderFingerprint(const Scene& scene, const std::filesystem::path& volume)
+json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
+                       const std::string& grid)
 {
     const Camera& c = scene.camera;
-    json print = {{"version", VOLCOMP_VERSION},
-                  {"volume", volumeIdentifier(volume)},
-                  {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau) : 0},
-                  {"settings", settingsOf(scene.render)},
-                  {"camera",
-                   {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up),
-                    c.field_of_view, c.width}},
-                  {"lights", json::array()},
-                  {"materials", json::array()}};
+    json print = {
+        {"version", VOLCOMP_VERSION},
+        {"volume", volumeIdentifier(volume, grid)},
+        {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau, grid) : 0},
+        {"settings", settingsOf(scene.render)},
+        {"camera",
+         {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view,
+          c.width}},
+        {"lights", json::array()},
+        {"materials", json::array()}};
     for (const Light& l : scene.lights)
         print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position),
                                    toJson(l.strength), l.angle, l.soft_angle});

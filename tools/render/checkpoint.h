@@ -13,7 +13,8 @@ namespace volcomp {
 
 /// Everything that a picture depends on: volume, settings, camera, lights, materials and the
 /// program's version. Throws Error if the volume cannot be read.
-nlohmann::json renderFingerprint(const Scene& scene, const std::filesystem::path& volume);
+nlohmann::json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
+                                 const std::string& grid = {});
 
 /// Writes the state of a render. The file appears under its name when it is complete. Throws Error
 /// if it cannot be written.

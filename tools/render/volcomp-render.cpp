@@ -47,6 +47,7 @@ struct Options {
     fs::path scene, volume, preview;
     std::vector<fs::path> outputs;
     std::string explain; ///< X,Y, or empty
+    std::string grid;    ///< of the volume, or empty
     bool resume = false, write_levels = false;
     double checkpoint_seconds = 20;
 };
@@ -105,10 +106,11 @@ void writePictures(const Options& options, const fs::path& volume, const nlohman
 void seeToLevels(Tool& tool, const Options& options, const RenderParams& params,
                  const fs::path& volume)
 {
-    if (!(options.write_levels || params.lod) || storedLevels(volume, params.tau) > 0) return;
+    if (!(options.write_levels || params.lod) || storedLevels(volume, params.tau, options.grid) > 0)
+        return;
     if (options.write_levels)
         tool.stage("levels", [&](const Progress& progress) {
-            writeVoxelLevels(volume, params.tau, progress);
+            writeVoxelLevels(volume, params.tau, progress, options.grid);
         });
     else if (fs::exists(levelFile(volume, 1)))
         tool.warn(
@@ -190,12 +192,14 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     RenderState state;
     if (!options.outputs.empty()) {
         checkpoint = options.outputs[0].string() + ".checkpoint";
-        fingerprint = renderFingerprint(scene, volume);
+        fingerprint = renderFingerprint(scene, volume, options.grid);
         state = startingState(tool, options, checkpoint, fingerprint);
     }
     const std::vector<VoxelLevel> levels = tool.stage("load", [&](const Progress& progress) {
-        return readVoxelLevels(volume, scene.camera, scene.render, progress);
+        return readVoxelLevels(volume, scene.camera, scene.render, progress, options.grid);
     });
+    for (const VoxelLevel& level : levels)
+        for (const std::string& warning : level.tree->warnings()) tool.warn(warning);
     tool.stats["settings"] = settingsOf(scene.render);
     if (!options.explain.empty()) explainPixel(tool, options, scene, levels);
     if (options.outputs.empty()) return;
@@ -226,6 +230,9 @@ void addOptions(CLI::App& app, Options& options)
            "--volume", options.volume,
            "Volume to render, any fog volume (default: volume.vdb beside the first picture)")
         ->type_name("FILE.vdb");
+    app.add_option("--grid", options.grid,
+                   "Grid of the volume's file to take as the density (default: density)")
+        ->type_name("NAME");
     app.add_option("--explain", options.explain,
                    "Print what the ray through the middle of this pixel meets, and what each light "
                    "adds there; counted from the picture's top left corner. No picture is needed "

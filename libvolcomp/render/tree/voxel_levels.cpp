@@ -128,7 +128,7 @@ struct Stored {
 
 // A level beside the volume's own counts if all levels down to the last are there, were made of the
 // file as it is and for this tau, and have the meaning that they have here.
-Stored stored(const fs::path& volume, double tau)
+Stored stored(const fs::path& volume, double tau, const std::string& grid)
 {
     Stored s;
     std::error_code code; // a file that cannot be looked at is none
@@ -145,7 +145,7 @@ Stored stored(const fs::path& volume, double tau)
                 meta.getMetadata<openvdb::TypedMetadata<std::decay_t<decltype(value)>>>(key);
             return found && found->value() == value;
         };
-        if (of.empty()) of = volumeIdentifier(volume);
+        if (of.empty()) of = volumeIdentifier(volume, grid);
         if (!is(kVersionKey, kVersion) || !is(kOf, of) || !is(kTau, tau)) break;
         if (!is(kLast, true)) continue;
         const auto voxel = meta.getMetadata<openvdb::DoubleMetadata>(kVoxel);
@@ -174,11 +174,12 @@ std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, con
 }
 
 std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& camera,
-                                        const RenderParams& params, const Progress& progress)
+                                        const RenderParams& params, const Progress& progress,
+                                        const std::string& grid)
 {
-    const Stored s = params.lod ? stored(volume, params.tau) : Stored();
+    const Stored s = params.lod ? stored(volume, params.tau, grid) : Stored();
     if (s.count == 0)
-        return voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(volume, progress)),
+        return voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(volume, progress, grid)),
                            camera, params);
     int last = -1;
     std::shared_ptr<const VoxelTree> tree;
@@ -188,11 +189,15 @@ std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& ca
         const Progress next = last < 0 ? progress : Progress(); // the finest takes longest by far
         last = level;
         return tree = std::make_shared<const VoxelTree>(
-                   readVoxelTree(level == 0 ? volume : levelFile(volume, level), next));
+                   level == 0 ? readVoxelTree(volume, next, grid)
+                              : readVoxelTree(levelFile(volume, level), next));
     });
 }
 
-int storedLevels(const fs::path& volume, double tau) { return stored(volume, tau).count; }
+int storedLevels(const fs::path& volume, double tau, const std::string& grid)
+{
+    return stored(volume, tau, grid).count;
+}
 
 fs::path levelFile(const fs::path& volume, int n)
 {
@@ -200,14 +205,15 @@ fs::path levelFile(const fs::path& volume, int n)
     return file.replace_extension(".level" + std::to_string(n) + ".vdb");
 }
 
-void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progress)
+void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progress,
+                      const std::string& grid)
 {
     openvdb::MetaMap meta;
     meta.insertMeta(kVersionKey, openvdb::Int32Metadata(kVersion));
-    meta.insertMeta(kOf, openvdb::StringMetadata(volumeIdentifier(volume)));
+    meta.insertMeta(kOf, openvdb::StringMetadata(volumeIdentifier(volume, grid)));
     meta.insertMeta(kTau, openvdb::DoubleMetadata(tau));
-    Maker maker(std::make_shared<const VoxelTree>(
-                    readVoxelTree(volume, [&](double done) { report(progress, 0.4 * done); })),
+    Maker maker(std::make_shared<const VoxelTree>(readVoxelTree(
+                    volume, [&](double done) { report(progress, 0.4 * done); }, grid)),
                 tau);
     const VoxelTree& finest = *maker.tree();
     meta.insertMeta(kVoxel, openvdb::DoubleMetadata(finest.voxelSize()));

@@ -43,13 +43,15 @@ std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, con
                                     const RenderParams& params);
 
 /// The same for a volume file. Reads only these levels, if all of the volume's are stored;
-/// otherwise reads the volume and makes them. Throws Error as readVolume().
+/// otherwise reads the volume and makes them. `grid` here and below names another grid of the file
+/// as the density (readVolume()). Throws Error as readVolume().
 std::vector<VoxelLevel> readVoxelLevels(const std::filesystem::path& volume, const Camera& camera,
-                                        const RenderParams& params, const Progress& progress = {});
+                                        const RenderParams& params, const Progress& progress = {},
+                                        const std::string& grid = {});
 
 /// How many levels are stored beside a volume, for this file as it is and this tau; 0 if any is
 /// missing, damaged or written by volcomp 0.1.0. Throws Error as readVolume().
-int storedLevels(const std::filesystem::path& volume, double tau);
+int storedLevels(const std::filesystem::path& volume, double tau, const std::string& grid = {});
 
 /// The file of level n >= 1.
 std::filesystem::path levelFile(const std::filesystem::path& volume, int n);
@@ -58,6 +60,6 @@ std::filesystem::path levelFile(const std::filesystem::path& volume, int n);
 /// as in any volume. Throws Error as readVolume() and writeVolume() do, and if a level has 2^28
 /// voxels or more, as tiles become voxels in these files.
 void writeVoxelLevels(const std::filesystem::path& volume, double tau,
-                      const Progress& progress = {});
+                      const Progress& progress = {}, const std::string& grid = {});
 
 } // namespace volcomp

@@ -40,8 +40,8 @@ public:
 
     /// Takes all blocks of a source, on all threads; the result does not depend on their number.
     /// The peak of memory is the tree and what the source holds. Throws Error if a density is not
-    /// finite or is negative, the transform is not a uniform scale with rotation and translation,
-    /// or there are more than 2^32 voxels.
+    /// finite or is negative (see kTinyNegative), the transform is not a uniform scale with
+    /// rotation and translation, or there are more than 2^32 voxels.
     explicit VoxelTree(const BlockSource& source, const Progress& progress = {});
     /// The same for a volume in memory, which stays as it is.
     explicit VoxelTree(const Volume& volume);
@@ -56,6 +56,9 @@ public:
     /// the directions. Coarse voxel i holds the fine voxels 2 i and 2 i + 1; toCorner() gives half
     /// the fine coordinates.
     static VoxelTree coarser(const VoxelTree& fine, double tau);
+
+    /// BlockSource::warnings(), and whether densities a little below 0 counted as 0.
+    const std::vector<std::string>& warnings() const { return m_warnings; }
 
     /// What the source said about a part.
     struct Part {
@@ -201,6 +204,7 @@ private:
     std::vector<Shared> m_shared;
     std::vector<ScatterRatio> m_scatter_ratio; ///< by record; of coarser trees
     std::vector<Part> m_parts;
+    std::vector<std::string> m_warnings;
     std::vector<char> m_is_fibre; ///< by part
     FibreFactors m_fibre_factors;
     std::uint64_t m_voxel_count = 0;

@@ -6,7 +6,9 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <tuple>
 
+#include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -49,7 +51,58 @@ Error badDensity(const PartInfo& part, const Coord& leaf, int voxel, float densi
     return Error("grid '" + part.grid + "', voxel (" + std::to_string(leaf.x() + (voxel >> 6))
                  + ", " + std::to_string(leaf.y() + (voxel >> 3 & 7)) + ", "
                  + std::to_string(leaf.z() + (voxel & 7))
-                 + "): expected a finite density >= 0, found " + std::to_string(density));
+                 + "): expected a finite density >= 0, found " + fmt::format("{:g}", density));
+}
+
+// Leaves the voxels of a mask out, whose numbers in the lists are `keep`.
+template <class T>
+void keepOnly(const std::vector<std::size_t>& keep, std::vector<T>& list)
+{
+    if (list.size() <= 1) return; // one value for all
+    for (std::size_t k = 0; k < keep.size(); ++k) list[k] = list[keep[k]];
+    list.resize(keep.size());
+}
+
+// The least density below 0: where and in which part.
+struct Negative {
+    float least = 0;
+    Coord leaf;
+    int voxel = 0;
+    std::size_t part = 0;
+
+    // The first of the lowest, so that it does not depend on the order of the threads.
+    void add(const Negative& other)
+    {
+        const auto key = [](const Negative& n) {
+            return std::tie(n.least, n.leaf, n.voxel, n.part);
+        };
+        if (other.least < 0 && (least == 0 || key(other) < key(*this))) *this = other;
+    }
+};
+
+// Leaves voxels of a density below 0 out.
+void dropNegative(const Coord& leaf, std::size_t number, PartVoxels& part, Negative& found)
+{
+    if (std::none_of(part.density.begin(), part.density.end(),
+                     [](float d) { return d < 0 && std::isfinite(d); }))
+        return;
+    VoxelMask mask{};
+    std::vector<std::size_t> keep;
+    forEachVoxel(part.mask, [&](int n, std::size_t k) {
+        const float density = PartVoxels::at(part.density, k, 0.0f);
+        if (density < 0 && std::isfinite(density)) {
+            found.add({density, leaf, n, number});
+            return;
+        }
+        mask[n >> 6] |= std::uint64_t(1) << (n & 63);
+        keep.push_back(k);
+    });
+    part.mask = mask;
+    keepOnly(keep, part.density);
+    keepOnly(keep, part.direction);
+    keepOnly(keep, part.colour);
+    keepOnly(keep, part.scatter_ratio);
+    if (keep.empty()) part.clear();
 }
 
 } // namespace
@@ -67,10 +120,12 @@ public:
             m_tree.m_parts.push_back({part.material, part.kind});
             m_tree.m_is_fibre.push_back(part.kind == MaterialKind::fibre);
         }
+        m_tree.m_warnings = m_source.warnings();
         m_tree.setTransform(m_source.transform());
         addNodes();
         makeRoom();
         fill(progress);
+        seeToNegative();
         std::vector<std::uint64_t> uses;
         for (const Place& place : m_places) uses.push_back(place.uses);
         m_tree.finish(uses);
@@ -133,7 +188,7 @@ private:
     // nothing.
     int tileLeaf(const Coord& block, std::uint64_t uses)
     {
-        m_source.take(block, m_tile);
+        take(block, m_tile, m_negative);
         std::vector<std::uint32_t> key; // bits of all values: NaN is equal to itself
         const auto add = [&](float value) {
             std::uint32_t bits = 0;
@@ -152,6 +207,26 @@ private:
         if (fresh) m_places.push_back({block, true, 0});
         m_places[at->second].uses += uses;
         return at->second;
+    }
+
+    // Takes a block without voxels of a density below 0.
+    void take(const Coord& block, BlockVoxels& voxels, Negative& found) const
+    {
+        m_source.take(block, voxels);
+        for (std::size_t p = 0; p < voxels.size(); ++p) dropNegative(block, p, voxels[p], found);
+    }
+
+    // Tiny densities below 0 count as 0, others are an error.
+    void seeToNegative()
+    {
+        if (m_negative.least == 0) return;
+        const PartInfo& part = m_source.parts()[m_negative.part];
+        float largest = 0;
+        for (const float density : m_tree.m_density) largest = std::max(largest, density);
+        if (m_negative.least < -kTinyNegative * largest)
+            throw badDensity(part, m_negative.leaf, m_negative.voxel, m_negative.least);
+        m_tree.m_warnings.push_back((m_source.file().empty() ? "" : m_source.file() + ": ")
+                                    + negativeDensities(part.grid, m_negative.least));
     }
 
     // The sizes of all tables, from what the source may hold.
@@ -204,11 +279,13 @@ private:
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, m_places.size(), 64),
                           [&](const auto& range) {
                               BlockVoxels voxels;
+                              Negative negative;
                               for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                                  m_source.take(m_places[i].origin, voxels);
+                                  take(m_places[i].origin, voxels, negative);
                                   fillRecords(i, voxels, fillDensity(i, voxels));
                               }
                               const std::lock_guard<std::mutex> lock(mutex);
+                              m_negative.add(negative);
                               done += range.size();
                               report(progress, double(done) / double(m_places.size()));
                           });
@@ -285,6 +362,7 @@ private:
     std::map<std::vector<std::uint32_t>, int> m_tile_leaves;
     std::map<int, int> m_tile_tables; // of nodes that are one tile, by its leaf
     BlockVoxels m_tile;
+    Negative m_negative;
 };
 
 VoxelTree::VoxelTree(const BlockSource& source, const Progress& progress)

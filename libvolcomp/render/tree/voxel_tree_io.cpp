@@ -67,9 +67,10 @@ void addBlock(PackedPart& part, const Coord& origin, const std::vector<PackedVox
 
 } // namespace
 
-VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progress)
+VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progress,
+                        const std::string& grid)
 {
-    const FileSource source(file);
+    const FileSource source(file, grid);
     try {
         return VoxelTree(source, progress);
     } catch (const std::bad_alloc&) {
