@@ -14,6 +14,9 @@
 namespace volcomp {
 namespace {
 
+/// For each clump of a level, the points of its guide.
+using Guides = std::vector<std::vector<Vec3d>>;
+
 /// Grows one level after the other, each generation by generation, and keeps the strands of a level
 /// as long as another level stands on it.
 class Grower {
@@ -32,6 +35,7 @@ public:
             m_part.push_back(part);
         }
         m_grown.resize(rule.levels.size());
+        m_guides.resize(rule.levels.size());
     }
 
     Skeleton run()
@@ -46,7 +50,7 @@ public:
         for (std::size_t i = 0; i < count; ++i) {
             grow(i, last_use[i] > i);
             for (std::size_t k = 0; k <= i; ++k)
-                if (last_use[k] == i) m_grown[k] = {};
+                if (last_use[k] == i) m_grown[k] = {}, m_guides[k] = {};
         }
         return std::move(m_skeleton);
     }
@@ -60,18 +64,19 @@ private:
         std::vector<Strand> strands;
         if (parent < 0) {
             strands = onGround(index);
+            m_guides[index] = guidesOf(index, strands);
         } else {
             std::vector<Strand> bearers;
             for (const Strand& s : m_grown[parent])
                 if (s.generation >= level.on_depth.first && s.generation <= level.on_depth.second)
                     bearers.push_back(s);
-            strands = onStrands(bearers, m_rule.levels[parent], index, false);
+            strands = onStrands(bearers, static_cast<std::size_t>(parent), index, false);
         }
         for (int generation = 1; !strands.empty(); ++generation) {
             draw(index, strands);
             if (keep) m_grown[index].insert(m_grown[index].end(), strands.begin(), strands.end());
             if (generation == level.depth) break;
-            strands = onStrands(strands, level, index, true);
+            strands = onStrands(strands, index, index, true);
         }
     }
 
@@ -91,13 +96,10 @@ private:
         const std::uint64_t key = hashKey(m_key, index);
         Random random(hashKey(key, 0));
         const int count = drawCount(level.count, random);
-        std::vector<Vec3d> centres;
-        centres.reserve(static_cast<std::size_t>(level.clumps));
-        for (int k = 0; k < level.clumps; ++k)
-            centres.push_back(groundPoint(level.spread, k, level.clumps, random));
+        const std::vector<Vec3d> centres = clumpCentres(level, random);
         std::vector<Strand> strands(static_cast<std::size_t>(count));
-        for (int k = 0; k < count; ++k) {
-            Strand& s = strands[k];
+        tbb::parallel_for(0, count, [&](int k) {
+            Strand& s = strands[static_cast<std::size_t>(k)];
             s.key = hashKey(key, 1 + static_cast<std::uint64_t>(k));
             Random r(s.key);
             s.root = groundPoint(level.spread, k, count, r);
@@ -109,11 +111,22 @@ private:
             s.length = varied(level.length > 0 ? level.length : level.length_ratio,
                               level.length_variation, r);
             s.radius = level.radius > 0 ? level.radius : level.radius_ratio;
-            for (int c = 1; c < level.clumps; ++c)
+            for (std::size_t c = 1; c < centres.size(); ++c)
                 if ((centres[c] - s.root).lengthSqr() < (centres[s.clump] - s.root).lengthSqr())
-                    s.clump = c;
-        }
+                    s.clump = static_cast<int>(c);
+        });
         return strands;
+    }
+
+    /// Returns where the guides of a level on the ground stand; none if it has no clumps.
+    static std::vector<Vec3d> clumpCentres(const GrowthLevel& level, Random& random)
+    {
+        std::vector<Vec3d> centres;
+        if (!(level.clump > 0)) return centres;
+        centres.reserve(static_cast<std::size_t>(level.clumps));
+        for (int k = 0; k < level.clumps; ++k)
+            centres.push_back(groundPoint(level.spread, k, level.clumps, random));
+        return centres;
     }
 
     /// Returns the frame of a strand on the ground that leans by `lean` from +Y towards `azimuth`.
@@ -125,9 +138,8 @@ private:
     }
 
     /// Returns the strands of level `index` that stand on `parents`, in the order of the parents.
-    std::vector<Strand> onStrands(const std::vector<Strand>& parents,
-                                  const GrowthLevel& parent_level, std::size_t index,
-                                  bool fork) const
+    std::vector<Strand> onStrands(const std::vector<Strand>& parents, std::size_t parent_index,
+                                  std::size_t index, bool fork) const
     {
         const GrowthLevel& level = m_rule.levels[index];
         const GrowthLevel::Span span = fork ? level.fork : level.count;
@@ -143,7 +155,8 @@ private:
                               for (std::size_t i = range.begin(); i < range.end(); ++i) {
                                   const int count = static_cast<int>(first[i + 1] - first[i]);
                                   if (count == 0) continue;
-                                  trace(parent_level, parents[i], true, nodes);
+                                  drawnLine(parent_index, parents[i], nodes);
+                                  if (movesNodes(parent_index)) alignFrames(nodes);
                                   bear(level, parents[i], nodes, index, fork, count,
                                        &strands[first[i]]);
                               }
@@ -177,7 +190,34 @@ private:
             s.length = varied(length * (1 + (level.length_tip - 1) * u), level.length_variation, r);
             s.radius = fork || level.radius == 0 ? node.radius * level.radius_ratio : level.radius;
             if (level.facing > 0 && level.flat()) s.frame.faceUp(level.facing);
+            if (fork) follow(parent, u, s);
         }
+    }
+
+    /// Lets a fork at the fraction u of its parent follow the same clump's guide: from the place
+    /// that the parent has reached, and as far as its length says.
+    static void follow(const Strand& parent, double u, Strand& s)
+    {
+        s.clump = parent.clump;
+        s.guide_start = parent.guide_start + u * parent.guide_span;
+        const double part = parent.length > 0 ? s.length / parent.length : 0;
+        s.guide_span = std::min(parent.guide_span * part, 1e6); // not infinite
+    }
+
+    /// Whether strands of the level are drawn elsewhere than the plain line that they grow along.
+    bool movesNodes(std::size_t index) const
+    {
+        const GrowthLevel& level = m_rule.levels[index];
+        return level.curl_radius > 0 || level.frizz > 0 || !m_guides[index].empty();
+    }
+
+    /// Sets `nodes` to the line along which a strand of level `index` is drawn. Its children stand
+    /// on it.
+    void drawnLine(std::size_t index, const Strand& strand, std::vector<Node>& nodes) const
+    {
+        const GrowthLevel& level = m_rule.levels[index];
+        trace(level, strand, false, nodes);
+        if (!m_guides[index].empty()) gather(level, strand, m_guides[index][strand.clump], nodes);
     }
 
     /// Returns the frame of a child at the fraction u of its parent, whose frame there is `parent`:
@@ -202,9 +242,6 @@ private:
     void draw(std::size_t index, const std::vector<Strand>& strands)
     {
         const GrowthLevel& level = m_rule.levels[index];
-        std::vector<std::vector<Node>> guides; // the middle line of each clump
-        if (m_rule.parentOf(index) < 0 && level.clump > 0 && !strands.empty())
-            guides = clumpGuides(level, index);
         std::vector<Segment>& segments = m_skeleton[m_part[index]].segments;
         const std::size_t first = segments.size();
         const std::uint32_t first_strand = m_strands[m_part[index]];
@@ -216,9 +253,7 @@ private:
                           [&](const tbb::blocked_range<std::size_t>& range) {
                               std::vector<Node> nodes;
                               for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                                  trace(level, strands[i], false, nodes);
-                                  if (!guides.empty())
-                                      gather(level, guides[strands[i].clump], nodes);
+                                  drawnLine(index, strands[i], nodes);
                                   drawStrand(level, strands[i], nodes, widths,
                                              first_strand + static_cast<std::uint32_t>(i),
                                              &segments[first + i * pieces]);
@@ -266,33 +301,32 @@ private:
         }
     }
 
-    /// Returns the middle line of each clump of a level on the ground.
-    std::vector<std::vector<Node>> clumpGuides(const GrowthLevel& level, std::size_t index) const
+    /// Returns the guide of each clump: the line that its strands bend to. Those of clumps without
+    /// strands are empty; without clumps, or on another level, there is none.
+    Guides guidesOf(std::size_t index, const std::vector<Strand>& strands) const
     {
+        const GrowthLevel& level = m_rule.levels[index];
         Random random(hashKey(hashKey(m_key, index), 0));
         drawCount(level.count, random); // the same stream as in onGround()
-        std::vector<std::vector<Node>> guides(static_cast<std::size_t>(level.clumps));
-        for (int k = 0; k < level.clumps; ++k) {
+        const std::vector<Vec3d> centres = clumpCentres(level, random);
+        Guides guides(centres.size());
+        std::vector<char> used(centres.size(), 0);
+        if (!centres.empty())
+            for (const Strand& s : strands) used[static_cast<std::size_t>(s.clump)] = 1;
+        std::vector<Node> nodes;
+        for (std::size_t k = 0; k < guides.size(); ++k) {
+            if (!used[k]) continue;
             Strand s;
-            s.root = groundPoint(level.spread, k, level.clumps, random);
-            s.key = hashKey(hashKey(m_key, index), (1ULL << 40) + static_cast<std::uint64_t>(k));
+            s.root = centres[k];
+            s.key = hashKey(hashKey(m_key, index), (1ULL << 40) + k);
             const double lean = 0.5 * (level.angle.first + level.angle.second)
                 * std::min(1.0, s.root.length() / std::max(level.spread, 1e-30));
             s.frame = leaning(portable::atan2(s.root[2], s.root[0]), lean);
             s.length = level.length > 0 ? level.length : level.length_ratio;
-            trace(level, s, true, guides[k]);
+            trace(level, s, true, nodes);
+            for (const Node& n : nodes) guides[k].push_back(n.p);
         }
         return guides;
-    }
-
-    /// Bends a strand towards the middle line of its clump, the more the nearer to the tip.
-    static void gather(const GrowthLevel& level, const std::vector<Node>& guide,
-                       std::vector<Node>& nodes)
-    {
-        for (std::size_t i = 0; i < nodes.size(); ++i) {
-            const double s = double(i) / double(nodes.size() - 1), w = level.clump * s * (2 - s);
-            nodes[i].p = nodes[i].p * (1 - w) + guide[i].p * w;
-        }
     }
 
     const GrowthRule& m_rule;
@@ -300,6 +334,7 @@ private:
     std::vector<std::size_t> m_part;          ///< for each level, its part of m_skeleton
     std::vector<std::uint32_t> m_strands;     ///< for each part, how many strands it has so far
     std::vector<std::vector<Strand>> m_grown; ///< for each level that others stand on, its strands
+    std::vector<Guides> m_guides;             ///< for each level, of its clumps
     Skeleton m_skeleton;
 };
 

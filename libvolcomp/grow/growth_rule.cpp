@@ -8,8 +8,33 @@
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/portable_math.h"
+#include "volcomp/base/text.h"
+#include "volcomp/grow/strand.h"
 
 namespace volcomp {
+namespace {
+
+/// Segments and strands are counted in 32 bits.
+constexpr double kMostSegments = 4294967295.0;
+
+/// Distances between strands and the middles of clumps, of which about 10^9 are found in a second.
+constexpr double kMostClumpDistances = 1e11;
+
+/// Returns the keys that decide how many segments a level grows, with their values, in words.
+std::string keysOfSize(const GrowthLevel& level)
+{
+    std::vector<std::string> keys;
+    if (level.count.second > 1 || level.parent != "ground")
+        keys.push_back(fmt::format("count (up to {:g})", level.count.second));
+    if (level.segments > 1) keys.push_back(fmt::format("segments ({})", level.segments));
+    if (level.depth > 1 && level.fork.second > 1) {
+        keys.push_back(fmt::format("fork (up to {:g})", level.fork.second));
+        keys.push_back(fmt::format("depth ({})", level.depth));
+    }
+    return joined(keys, " or ");
+}
+
+} // namespace
 
 double outlineWidth(Outline outline, double s)
 {
@@ -39,10 +64,10 @@ int GrowthRule::parentOf(std::size_t i) const
         name, levels[i].name, levels[i].parent));
 }
 
-double GrowthRule::segmentBound() const
+std::vector<double> GrowthRule::segmentBounds() const
 {
     std::vector<std::vector<double>> strands(levels.size()); // by level and generation
-    double total = 0;
+    std::vector<double> bounds(levels.size(), 0);
     for (std::size_t i = 0; i < levels.size(); ++i) {
         const GrowthLevel& level = levels[i];
         const int parent = parentOf(i);
@@ -51,14 +76,44 @@ double GrowthRule::segmentBound() const
             for (std::size_t d = 0; d < strands[parent].size(); ++d)
                 if (d + 1 >= level.on_depth.first && d + 1 <= level.on_depth.second)
                     bearers += strands[parent][d];
-        double count = bearers * level.count.second;
+        double count = bearers * mostDrawn(level.count);
         for (int d = 0; d < level.depth; ++d) {
             strands[i].push_back(count);
-            total += count * level.segments;
-            count *= level.fork.second;
+            bounds[i] += count * level.segments;
+            count *= mostDrawn(level.fork);
         }
     }
+    return bounds;
+}
+
+double GrowthRule::segmentBound() const
+{
+    double total = 0;
+    for (const double bound : segmentBounds()) total += bound;
     return total;
+}
+
+/// Throws Error if the rule may grow more than it is allowed to, or for longer than anyone waits.
+void GrowthRule::checkSize() const
+{
+    for (const GrowthLevel& l : levels) {
+        const double strands = l.parent == "ground" && l.clump > 0 ? mostDrawn(l.count) : 0;
+        if (strands * l.clumps > kMostClumpDistances)
+            throw Error(fmt::format(
+                "box {}: level '{}': clumps: expected at most {:.0f} for {:.0f} "
+                "strands, found {}; lower clumps or count",
+                name, l.name, std::floor(kMostClumpDistances / strands), strands, l.clumps));
+    }
+    const double bound = segmentBound(), limit = std::min(segment_limit, kMostSegments);
+    if (bound <= limit) return;
+    const std::vector<double> bounds = segmentBounds();
+    const std::size_t most =
+        static_cast<std::size_t>(std::max_element(bounds.begin(), bounds.end()) - bounds.begin());
+    throw Error(fmt::format(
+        "box {}: segment_limit: expected at most {:.10g} segments, found up to {:.6g}; {:.6g} of them "
+        "are of level '{}': lower its {}{}",
+        name, limit, bound, bounds[most], levels[most].name, keysOfSize(levels[most]),
+        bound <= kMostSegments ? ", or raise segment_limit" : ""));
 }
 
 void GrowthRule::validate() const
@@ -71,6 +126,7 @@ void GrowthRule::validate() const
                                     found));
     };
     check(variants >= 1, "", "variants", ">= 1", variants);
+    check(segment_limit > 0, "", "segment_limit", "a number > 0", segment_limit);
     check(std::isfinite(voxel) && voxel >= 0, "", "voxel", "a length >= 0", voxel);
     for (const GrowthLevel& l : levels) {
         const auto finite = [&](const char* key, double x, double low, double high = 1e6) {
@@ -125,12 +181,7 @@ void GrowthRule::validate() const
             finite("colour_tip", l.colour_tip[c], 0);
         }
     }
-    const double bound = segmentBound();
-    check(bound <= segment_limit, "", "segment_limit",
-          fmt::format(
-              "at most {:.10g} segments; fewer children, levels or segments, or a higher limit",
-              segment_limit),
-          fmt::format("up to {:.6g}", bound));
+    checkSize();
 }
 
 } // namespace volcomp

@@ -79,7 +79,7 @@ struct GrowthLevel {
     double curl_turns = 3;  ///< of the helix over the length
     double frizz = 0;       ///< random shift to the sides, as a part of the length
     double clump = 0;       ///< on the ground: how much the tips of a clump meet, 0 to 1
-    int clumps = 1;         ///< number of clumps
+    int clumps = 1;         ///< number of clumps; unused if `clump` is 0
 
     Vec3d colour_root{0.5}, colour_tip{0.5}; ///< linear RGB
     double colour_variation = 0; ///< standard deviation of a strand's brightness, as a part of it
@@ -94,8 +94,9 @@ struct GrowthRule {
     std::string material; ///< of the levels that name none
     int variants = 4;     ///< number of boxes, which differ by their random numbers only
     std::uint64_t seed = 1;
-    double voxel = 0;           ///< edge of a voxel, metres; 0 means as voxelFor() chooses
-    double segment_limit = 1e7; ///< a rule that may grow more segments is refused
+    double voxel = 0; ///< edge of a voxel, metres; 0 means as voxelFor() chooses
+    double segment_limit =
+        1e7; ///< a rule that may grow more segments is refused; at most 2^32 grow
     std::vector<GrowthLevel> levels;
     /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
     std::string source;
@@ -105,12 +106,17 @@ struct GrowthRule {
     void validate() const;
 
     /// Returns the most segments that the recursion can grow. It is computed without growing, so
-    /// that 10^20 is a possible answer.
+    /// that 10^20 is a possible answer. What growing keeps besides (strands, guides of clumps that
+    /// have strands) is less than as many segments.
     double segmentBound() const;
 
     /// Returns the index of the level that level `i` (below levels.size()) stands on, or -1 for the
     /// ground. Throws Error if the parent is missing.
     int parentOf(std::size_t i) const;
+
+private:
+    std::vector<double> segmentBounds() const; ///< of each level
+    void checkSize() const;
 };
 
 } // namespace volcomp

@@ -98,6 +98,12 @@ int drawCount(const GrowthLevel::Span& span, Random& random)
     return static_cast<int>(std::floor(random.uniform(span.first, span.second + 1 - 1e-9) + 1e-12));
 }
 
+double mostDrawn(const GrowthLevel::Span& span)
+{
+    // Random::uniform() is below its upper end, up to rounding.
+    return std::floor(std::max(span.first, span.second + 1 - 1e-9) + 1e-12);
+}
+
 double varied(double value, double deviation, Random& random)
 {
     return value * std::clamp(1 + deviation * random.normal(), 0.1, 2.0);
@@ -121,6 +127,36 @@ void trace(const GrowthLevel& level, const Strand& strand, bool plain, std::vect
     if (plain) return;
     if (level.curl_radius > 0) addCurl(level, random, nodes);
     if (level.frizz > 0) addFrizz(level, strand.length, random, nodes);
+}
+
+void gather(const GrowthLevel& level, const Strand& strand, const std::vector<Vec3d>& guide,
+            std::vector<Node>& nodes)
+{
+    const std::size_t last = nodes.size() - 1;
+    for (std::size_t i = 0; i <= last; ++i) {
+        const double s = double(i) / double(last), w = level.clump * s * (2 - s);
+        const double at = strand.guide_start * double(last) + strand.guide_span * double(i);
+        const auto k = static_cast<std::size_t>(std::clamp(at, 0.0, double(last - 1)));
+        const double f = at - double(k); // above 1 beyond the guide's tip
+        const Vec3d goal = guide[k] * (1 - f) + guide[k + 1] * f;
+        nodes[i].p = nodes[i].p * (1 - w) + goal * w;
+    }
+}
+
+void alignFrames(std::vector<Node>& nodes)
+{
+    const auto piece = [&](std::size_t i) { // its direction
+        Vec3d d = nodes[i + 1].p - nodes[i].p;
+        const double length = d.length();
+        return length > 0 ? d / length : Vec3d(0.0);
+    };
+    const std::size_t last = nodes.size() - 1;
+    for (std::size_t i = 0; i <= last; ++i) {
+        const Vec3d t = (i > 0 ? piece(i - 1) : Vec3d(0.0)) + (i < last ? piece(i) : Vec3d(0.0));
+        if (t.length() < 1e-6) continue; // the line has no direction here
+        nodes[i].frame.t = t;
+        nodes[i].frame.orthonormalize();
+    }
 }
 
 Node nodeAt(const std::vector<Node>& nodes, double u)

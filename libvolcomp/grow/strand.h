@@ -38,7 +38,11 @@ struct Strand {
     double length = 0, radius = 0;
     std::uint64_t key = 0; ///< of its random numbers
     int generation = 1;    ///< 1 on the ground or on another level, then counted up by forks
-    int clump = 0;         ///< the clump that it belongs to, for levels on the ground
+    /// The clump that it belongs to, for levels on the ground and their forks.
+    int clump = 0;
+    /// The part of its clump's guide that it follows: where it starts, and how much it passes until
+    /// its tip. 1 is the whole guide.
+    double guide_start = 0, guide_span = 1;
 };
 
 /// A point of a strand's line.
@@ -49,15 +53,26 @@ struct Node {
 };
 
 /// Draws a whole number from the span [first, second], all of them with the same probability if its
-/// ends are whole.
+/// ends are whole. If both ends are 1.9, it draws 1 or 2, on the average 1.9.
 int drawCount(const GrowthLevel::Span& span, Random& random);
+
+/// Returns the largest number that drawCount() may draw.
+double mostDrawn(const GrowthLevel::Span& span);
 
 /// Returns the value times a normal number of mean 1 and the given deviation, clamped to 0.1 to 2.
 double varied(double value, double deviation, Random& random);
 
 /// Sets `nodes` to the line of a strand, level.segments + 1 nodes. A plain line has no curl and no
-/// frizz: children and the middle lines of clumps stand on it.
+/// frizz: the guides of clumps are plain.
 void trace(const GrowthLevel& level, const Strand& strand, bool plain, std::vector<Node>& nodes);
+
+/// Bends a strand towards the guide of its clump, the more the nearer to the tip (MODEL section 6).
+/// `guide` has as many points as the strand has nodes; beyond its tip it runs on straight.
+void gather(const GrowthLevel& level, const Strand& strand, const std::vector<Vec3d>& guide,
+            std::vector<Node>& nodes);
+
+/// Turns the frames of nodes that have been moved into the direction of the line through them.
+void alignFrames(std::vector<Node>& nodes);
 
 /// Returns the node at the fraction u of the line, 0 to 1, interpolated between two nodes.
 Node nodeAt(const std::vector<Node>& nodes, double u);

@@ -108,8 +108,8 @@ std::vector<Material> materials()
 // or baking that changes boxes; then they are set anew, and CHANGELOG.md says so.
 TEST(SameBox, HasTheBytesOfEveryOtherMachine)
 {
-    EXPECT_EQ(hashOf(grow(everything(), 0)), 11115148076687096708ULL);
-    EXPECT_EQ(hashOf(bake(everything(), materials(), 0)), 7521623201202146067ULL);
+    EXPECT_EQ(hashOf(grow(everything(), 0)), 7909218209216624644ULL);
+    EXPECT_EQ(hashOf(bake(everything(), materials(), 0)), 5715706527470376551ULL);
 }
 
 // glibc chooses its sin, exp and others by the processor. GLIBC_TUNABLES makes it take those for a
