@@ -211,7 +211,6 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
 {
     GrowthRule p;
     p.name = name;
-    p.source = r.toml();
     p.material =
         r.text({"material", "", "name of the material of the levels that name none"}, std::nullopt);
     requireMaterial(r, materials, p.material);
@@ -234,6 +233,7 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
         p.levels.push_back(readLevel(table, p, materials, warnings));
     }
     r.finish();
+    p.source = r.record();
     if (!r.isDescribing()) {
         r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");
         r.check([&] { p.validate(); });

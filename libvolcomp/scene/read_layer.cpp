@@ -93,6 +93,7 @@ Layer readLayer(TableReader& r, int index)
     l.offset = r.number({"offset", "m", "of the root along the normal; negative: into the surface"},
                         l.offset, kAny);
     r.finish();
+    l.source = r.record();
     r.check([&] { l.validate(); });
     return l;
 }

@@ -96,6 +96,7 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
     s.projection = readProjection(r);
     readSkin(r, s.skin);
     r.finish();
+    s.source = r.record();
     r.check([&] { s.validate(); });
     return s;
 }

@@ -39,9 +39,4 @@ std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, Rea
 /// '?'.
 std::string printable(const std::string& text);
 
-/// Returns the table as TOML of one form, whatever the order and the spelling in the file: keys in
-/// the order of their bytes, numbers as short as they can be, one line for each key and for each
-/// table of an array of tables.
-std::string canonicalToml(const toml::table& table);
-
 } // namespace volcomp

@@ -97,19 +97,17 @@ fs::path TableReader::folder() const
 {
     return streamOf(m_state->file) < 0 ? m_state->file.parent_path() : fs::path();
 }
-std::string TableReader::toml() const
-{
-    return m_state->value ? canonicalToml(*m_state->value) : std::string();
-}
+std::string TableReader::record() const { return m_state->record ? *m_state->record : ""; }
 
 double TableReader::number(const Key& key, std::optional<double> fallback, Interval range)
 {
     m_state->describe(key, "number", fallback ? fmt::format("{:g}", *fallback) : "required",
                       rangeText(range));
     const std::string expected = withRange("a number", range);
-    if (const auto* v = m_state->find(key)) return m_state->real(*v, key.name, range, expected);
+    if (const auto* v = m_state->find(key))
+        return m_state->noted(key, m_state->real(*v, key.name, range, expected));
     if (!fallback) m_state->missing(key, expected);
-    return fallback.value_or(lowest(range));
+    return m_state->noted(key, fallback.value_or(lowest(range)));
 }
 
 int TableReader::integer(const Key& key, std::optional<int> fallback, Interval range)
@@ -121,20 +119,20 @@ int TableReader::integer(const Key& key, std::optional<int> fallback, Interval r
     const std::string expected = "a whole number, " + wholeRange(range);
     if (const auto* v = m_state->find(key)) {
         if (!v->is_integer()) m_state->fail(*v, key.name, expected);
-        return static_cast<int>(m_state->real(*v, key.name, range, expected));
+        return m_state->noted(key, static_cast<int>(m_state->real(*v, key.name, range, expected)));
     }
     if (!fallback) m_state->missing(key, expected);
-    return fallback.value_or(static_cast<int>(lowest(range)));
+    return m_state->noted(key, fallback.value_or(static_cast<int>(lowest(range))));
 }
 
 std::uint64_t TableReader::seed(const Key& key, std::uint64_t fallback)
 {
     m_state->describe(key, "integer", std::to_string(fallback), ">= 0");
     const auto* v = m_state->find(key);
-    if (!v) return fallback;
+    if (!v) return m_state->noted(key, fallback);
     if (!v->is_integer() || v->as_integer()->get() < 0)
         m_state->fail(*v, key.name, "a whole number >= 0");
-    return static_cast<std::uint64_t>(v->as_integer()->get());
+    return m_state->noted(key, static_cast<std::uint64_t>(v->as_integer()->get()));
 }
 
 bool TableReader::flag(const Key& key, bool fallback)
@@ -142,7 +140,7 @@ bool TableReader::flag(const Key& key, bool fallback)
     m_state->describe(key, "boolean", fallback ? "true" : "false", "");
     const auto* v = m_state->find(key);
     if (v && !v->is_boolean()) m_state->fail(*v, key.name, "true or false");
-    return v ? v->as_boolean()->get() : fallback;
+    return m_state->noted(key, v ? v->as_boolean()->get() : fallback);
 }
 
 std::string TableReader::text(const Key& key, std::optional<std::string> fallback)
@@ -150,10 +148,10 @@ std::string TableReader::text(const Key& key, std::optional<std::string> fallbac
     m_state->describe(key, "string", fallback ? '"' + *fallback + '"' : "required", "");
     if (const auto* v = m_state->find(key)) {
         if (!v->is_string()) m_state->fail(*v, key.name, "a string");
-        return v->as_string()->get();
+        return m_state->noted(key, v->as_string()->get());
     }
     if (!fallback) m_state->missing(key, "a string");
-    return fallback.value_or("");
+    return m_state->noted(key, fallback.value_or(std::string()));
 }
 
 std::string TableReader::name(const Key& key, std::optional<std::string> fallback)
@@ -175,6 +173,7 @@ fs::path TableReader::path(const Key& key, std::optional<std::string> fallback)
         if (!fallback) m_state->missing(key, "a path, relative to the scene file");
         given = fallback.value_or("");
     }
+    m_state->noted(key, given);
     return given.empty() ? fs::path() : folder() / given;
 }
 
@@ -202,8 +201,10 @@ std::vector<double> TableReader::numbers(const Key& key, std::vector<double> fal
     m_state->describe(key, "array of numbers", fmt::format("[{}]", fmt::join(fallback, ", ")),
                       rangeText(range));
     const auto* v = m_state->find(key);
-    return v ? m_state->reals(*v, key.name, range, withRange("an array of numbers", range))
-             : fallback;
+    return m_state->noted(
+        key,
+        v ? m_state->reals(*v, key.name, range, withRange("an array of numbers", range))
+          : fallback);
 }
 
 std::vector<int> TableReader::integers(const Key& key, std::vector<int> fallback, Interval range)
@@ -211,7 +212,7 @@ std::vector<int> TableReader::integers(const Key& key, std::vector<int> fallback
     m_state->describe(key, "array of integers", fmt::format("[{}]", fmt::join(fallback, ", ")),
                       wholeRange(range));
     const auto* v = m_state->find(key);
-    if (!v) return fallback;
+    if (!v) return m_state->noted(key, fallback);
     const std::string expected =
         fmt::format("{} whole numbers, {}", fallback.size(), wholeRange(range));
     if (!v->is_array() || v->as_array()->size() != fallback.size())
@@ -219,7 +220,7 @@ std::vector<int> TableReader::integers(const Key& key, std::vector<int> fallback
     for (const toml::node& x : *v->as_array())
         if (!x.is_integer()) m_state->fail(x, key.name, expected);
     const std::vector<double> numbers = m_state->reals(*v, key.name, range, expected);
-    return {numbers.begin(), numbers.end()};
+    return m_state->noted(key, std::vector<int>(numbers.begin(), numbers.end()));
 }
 
 Vec3d TableReader::vector(const Key& key, std::optional<Vec3d> fallback, Interval range)
@@ -230,10 +231,10 @@ Vec3d TableReader::vector(const Key& key, std::optional<Vec3d> fallback, Interva
     if (const auto* v = m_state->find(key)) {
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
-        return {x[0], x[1], x[2]};
+        return m_state->noted(key, Vec3d(x[0], x[1], x[2]));
     }
     if (!fallback) m_state->missing(key, expected);
-    return fallback.value_or(Vec3d(lowest(range)));
+    return m_state->noted(key, fallback.value_or(Vec3d(lowest(range))));
 }
 
 Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interval range)
@@ -249,15 +250,17 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
                 || s.find_first_not_of("0123456789abcdefABCDEF", 1) != s.npos)
                 m_state->fail(*v, key.name, expected);
             const unsigned long rgb = std::stoul(s.substr(1), nullptr, 16);
-            return {linearFromSrgb((rgb >> 16) / 255.0), linearFromSrgb((rgb >> 8 & 255) / 255.0),
-                    linearFromSrgb((rgb & 255) / 255.0)};
+            return m_state->noted(key,
+                                  Vec3d(linearFromSrgb((rgb >> 16) / 255.0),
+                                        linearFromSrgb((rgb >> 8 & 255) / 255.0),
+                                        linearFromSrgb((rgb & 255) / 255.0)));
         }
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
-        return {x[0], x[1], x[2]};
+        return m_state->noted(key, Vec3d(x[0], x[1], x[2]));
     }
     if (!fallback) m_state->missing(key, expected);
-    return fallback.value_or(Vec3d(lowest(range)));
+    return m_state->noted(key, fallback.value_or(Vec3d(lowest(range))));
 }
 
 Vec3d TableReader::direction(const Key& key, std::optional<Vec3d> fallback)
@@ -273,7 +276,7 @@ Vec3d TableReader::direction(const Key& key, std::optional<Vec3d> fallback)
         if (!(largest > 0)) m_state->fail(*v, key.name, expected);
         d /= largest;
     } else if (!fallback) m_state->missing(key, expected);
-    return d / d.length();
+    return m_state->noted(key, d / d.length());
 }
 
 std::pair<double, double>
@@ -287,14 +290,14 @@ TableReader::span(const Key& key, std::optional<std::pair<double, double>> fallb
     if (const auto* v = m_state->find(key)) {
         if (!v->is_array()) {
             const double x = m_state->real(*v, key.name, range, expected);
-            return {x, x};
+            return m_state->noted(key, std::pair(x, x));
         }
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 2 || x[0] > x[1]) m_state->fail(*v, key.name, expected);
-        return {x[0], x[1]};
+        return m_state->noted(key, std::pair(x[0], x[1]));
     }
     if (!fallback) m_state->missing(key, expected);
-    return fallback.value_or(std::pair(lowest(range), lowest(range)));
+    return m_state->noted(key, fallback.value_or(std::pair(lowest(range), lowest(range))));
 }
 
 int TableReader::word(const Key& key, std::optional<int> fallback,
@@ -311,9 +314,11 @@ int TableReader::word(const Key& key, std::optional<int> fallback,
             m_state->fail(*v, key.name,
                           hint.empty() ? expected : expected + " (did you mean \"" + hint + "\"?)");
         }
+        m_state->noted(key, *it);
         return static_cast<int>(it - words.begin());
     }
     if (!fallback) m_state->missing(key, expected);
+    if (fallback) m_state->noted(key, words[*fallback]);
     return fallback.value_or(0);
 }
 
@@ -331,6 +336,8 @@ std::vector<TableReader> TableReader::tables(const Key& key)
     std::vector<TableReader> result;
     const auto add = [&](const toml::table* v) {
         result.push_back(TableReader(m_state->child(m_state->path(key.name), v)));
+        State& child = *result.back().m_state;
+        if (!child.prefix.empty()) child.prefix += std::to_string(result.size()) + '.';
     };
     if (m_state->docs) {
         m_state->docs->push_back(

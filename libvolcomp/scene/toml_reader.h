@@ -138,9 +138,11 @@ public:
     /// What relative paths in the file start from: its folder; for a pipe the current folder.
     std::filesystem::path folder() const;
 
-    /// The table as TOML; empty while describing and if the table is absent. Tables that say the
-    /// same give the same text, whatever their order, comments and spelling in the file.
-    std::string toml() const;
+    /// The keys that were read so far, a line "KEY = VALUE" for each in the order of reading, with
+    /// the defaults of absent ones and those of inner tables (level.1.length). Tables that mean the
+    /// same have the same record, whatever their form in the file. Empty for the root of a file and
+    /// while describing.
+    std::string record() const;
 
 private:
     struct State;

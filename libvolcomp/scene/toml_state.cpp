@@ -11,6 +11,32 @@
 #include "volcomp/base/text.h"
 
 namespace volcomp {
+
+std::string recordText(double x) { return fmt::format("{}", x + 0.0); } // -0 is 0
+std::string recordText(const std::string& text)
+{
+    std::string line = '"' + text + '"';
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+    return line;
+}
+std::string recordText(const Vec3d& v)
+{
+    return fmt::format("[{}, {}, {}]", v[0] + 0.0, v[1] + 0.0, v[2] + 0.0);
+}
+std::string recordText(const std::pair<double, double>& span)
+{
+    return fmt::format("[{}, {}]", span.first + 0.0, span.second + 0.0);
+}
+std::string recordText(const std::vector<double>& numbers)
+{
+    return fmt::format("[{}]", fmt::join(numbers, ", "));
+}
+std::string recordText(const std::vector<int>& numbers)
+{
+    return fmt::format("[{}]", fmt::join(numbers, ", "));
+}
+
 std::string rangeText(Interval r)
 {
     const bool low = std::isfinite(r.low), high = std::isfinite(r.high);
@@ -54,6 +80,9 @@ std::unique_ptr<TableReader::State> TableReader::State::child(std::string full_n
     auto state = std::make_unique<State>();
     state->file = file;
     state->source = source;
+    // The tables of the file have a record each, and what is in them adds to it.
+    state->record = name.empty() ? std::make_shared<std::string>() : record;
+    if (!name.empty()) state->prefix = prefix + full_name.substr(name.size() + 1) + '.';
     state->name = std::move(full_name);
     state->docs = docs;
     state->value = table;

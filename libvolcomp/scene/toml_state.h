@@ -2,9 +2,11 @@
 // What a TableReader knows, and the texts of its messages. Private to the reader.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "volcomp/scene/toml_file.h"
@@ -20,6 +22,17 @@ std::string withRange(const std::string& type, Interval range);
 /// so long that comparing it takes time.
 std::string spellingHint(const std::string& word, const std::vector<std::string>& known);
 
+// The values of a record: the shortest texts that differ if the values do.
+std::string recordText(double x);
+std::string recordText(const std::string& text);
+std::string recordText(const Vec3d& v);
+std::string recordText(const std::pair<double, double>& span);
+std::string recordText(const std::vector<double>& numbers);
+std::string recordText(const std::vector<int>& numbers);
+inline std::string recordText(int x) { return std::to_string(x); }
+inline std::string recordText(std::uint64_t x) { return std::to_string(x); }
+inline std::string recordText(bool x) { return x ? "true" : "false"; }
+
 struct TableReader::State {
     std::filesystem::path file;
     std::string name;                       ///< dotted, as the documentation shows it
@@ -27,6 +40,8 @@ struct TableReader::State {
     std::shared_ptr<const TomlFile> source; ///< keeps `value` alive; null while describing
     std::vector<KeyDoc>* docs = nullptr;    ///< not null while describing
     mutable std::vector<std::string> known; ///< the keys that were read
+    std::shared_ptr<std::string> record;    ///< TableReader::record(), with that of inner tables
+    std::string prefix;                     ///< of this table's keys in the record
 
     /// The value of a key, which counts as read from then on; null if it is absent.
     const toml::node* find(const Key& key) const;
@@ -44,6 +59,14 @@ struct TableReader::State {
                            const std::string& expected) const;
     /// Throws the Error for an absent required key, unless describing.
     void missing(const Key& key, const std::string& type) const;
+
+    /// Adds a key and the value that it reads as to the record, and returns the value.
+    template <class T>
+    T noted(const Key& key, T value) const
+    {
+        if (record && !docs) *record += prefix + key.name + " = " + recordText(value) + '\n';
+        return value;
+    }
 
     /// The number or numbers of a value. Throws as fail() does if it is of another type, not finite
     /// or out of range.
