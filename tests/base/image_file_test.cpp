@@ -279,6 +279,17 @@ TEST(ImageFile, truncatedFilesAreRefused)
     }
 }
 
+// Each scan of a JPEG is decoded over the whole picture, however short it is.
+TEST(ImageFile, aJpegHasFewScans)
+{
+    const TemporaryFolder folder;
+    write(folder / "a.jpg", {0, 0, 16, 16}, 3, OIIO::TypeDesc::UINT8, half);
+    std::string bytes = folder.read("a.jpg");
+    for (int i = 0; i < 200; ++i) bytes.insert(bytes.size() - 2, "\xff\xda\x02");
+    const std::string message = messageOf([&] { read(folder.write("b.jpg", bytes)); });
+    EXPECT_NE(message.find("201 scans"), std::string::npos) << message;
+}
+
 // What the libraries below look up without a look at its length.
 TEST(ImageFile, indicesOutsideOfAPaletteAreRefused)
 {
