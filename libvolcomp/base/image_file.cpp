@@ -30,7 +30,8 @@ using Stream = std::unique_ptr<std::FILE, Closer>;
 Error broken(const std::filesystem::path& file, const std::string& why)
 {
     return why.find("bad_alloc") != std::string::npos
-        ? fileError(file, "", "an image that fits into memory", "out of memory", "Make it smaller.")
+        ? fileError(file, "", "memory for its pixels", "that this process is out of memory",
+                    "Make the image smaller.")
         : fileError(file, "", "a complete image", "a broken one: " + why, "Is the file complete?");
 }
 

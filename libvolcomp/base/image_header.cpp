@@ -371,6 +371,43 @@ void checkBmp(const std::filesystem::path& file, const ImageHeader& header, cons
     if (bits != 1 && bits != 4 && bits != 8 && bits != 16 && bits != 24 && bits != 32)
         throw bytes.damaged(fmt::format("{} bits a pixel", bits));
     checkImageSize(file, header, width, std::abs(height), 1, bits / 8.0, "none");
+    const std::int64_t colours = old || head < 40 ? 0 : bytes.number(46, 4, false);
+    if (colours > 256) throw bytes.damaged(fmt::format("a palette of {} colours", colours));
+    if (bits > 8 || colours == 0 || colours == std::int64_t(1) << bits) return;
+    // OpenImageIO does not compare the indices with the palette's length.
+    if (bits != 8) throw bytes.refused("a BMP with a whole palette", "a part of one");
+    const std::int64_t row = (width + 3) / 4 * 4, first = bytes.number(10, 4, false);
+    for (std::int64_t y = 0; y < std::abs(height); ++y)
+        for (const char index : bytes.read(first + y * row, width))
+            if (static_cast<unsigned char>(index) >= colours)
+                throw bytes.damaged("a colour that the palette does not have");
+}
+
+/// The canvas of all its pictures, of bytes in RGBA, is one piece of memory. Neither giflib nor
+/// OpenImageIO compares the first picture with the canvas and its indices with the palette.
+void checkGif(const std::filesystem::path& file, const ImageHeader& header, const Bytes& bytes)
+{
+    const std::uint32_t width = bytes.number(6, 2, false), height = bytes.number(8, 2, false);
+    checkImageSize(file, header, width, height, 4, 1, "");
+    const auto colours_of = [](std::uint32_t flags) {
+        return flags & 0x80 ? std::int64_t(2) << (flags & 7) : 0;
+    };
+    std::int64_t colours = colours_of(bytes.number(10, 1, false)), at = 13 + 3 * colours;
+    std::uint32_t block = bytes.number(at, 1, false);
+    for (; block == 0x21; block = bytes.number(at, 1, false)) { // an extension of several pieces
+        at += 2;
+        while (const std::uint32_t length = bytes.number(at, 1, false)) at += 1 + length;
+        ++at;
+    }
+    if (block != 0x2c) throw bytes.damaged("a GIF without a picture");
+    const auto field = [&](int i) { return bytes.number(at + 1 + 2 * i, 2, false); };
+    if (field(2) < 1 || field(3) < 1 || field(0) + field(2) > width || field(1) + field(3) > height)
+        throw bytes.damaged("a picture that reaches out of its canvas");
+    const std::int64_t own = colours_of(bytes.number(at + 9, 1, false));
+    if (own > 0) colours = own;
+    const std::uint32_t bits = bytes.number(at + 10 + 3 * own, 1, false);
+    if (colours == 0 || bits < 1 || bits > 8 || (bits > 2 && std::int64_t(1) << bits > colours))
+        throw bytes.damaged("colours that its palette does not have");
 }
 
 } // namespace
@@ -434,9 +471,7 @@ ImageHeader checkImageHeader(const std::filesystem::path& file, std::FILE* strea
         header.format == "openexr" || (header.format == "tiff" && checkTiff(bytes));
     if (header.format == "targa") checkTarga(file, header, bytes);
     if (header.format == "bmp") checkBmp(file, header, bytes);
-    if (header.format == "gif") // the canvas of all its pictures, of bytes in RGBA
-        checkImageSize(file, header, bytes.number(6, 2, false), bytes.number(8, 2, false), 4, 1,
-                       "");
+    if (header.format == "gif") checkGif(file, header, bytes);
     return header;
 }
 

@@ -279,6 +279,51 @@ TEST(ImageFile, truncatedFilesAreRefused)
     }
 }
 
+// Each scan of a JPEG is decoded over the whole picture, however short it is.
+TEST(ImageFile, aJpegHasFewScans)
+{
+    const TemporaryFolder folder;
+    write(folder / "a.jpg", {0, 0, 16, 16}, 3, OIIO::TypeDesc::UINT8, half);
+    std::string bytes = folder.read("a.jpg");
+    for (int i = 0; i < 200; ++i) bytes.insert(bytes.size() - 2, "\xff\xda\x02");
+    const std::string message = messageOf([&] { read(folder.write("b.jpg", bytes)); });
+    EXPECT_NE(message.find("201 scans"), std::string::npos) << message;
+}
+
+// What the libraries below look up without a look at its length.
+TEST(ImageFile, indicesOutsideOfAPaletteAreRefused)
+{
+    const TemporaryFolder folder;
+    const auto numbers = [](std::initializer_list<int> list) {
+        std::string bytes;
+        for (const int x : list) bytes.push_back(static_cast<char>(x));
+        return bytes;
+    };
+    // 2 x 1 pixels with a palette of two colours, red and green, and the indices given.
+    const auto bmp = [&](int first, int second) {
+        return "BM" + numbers({66, 0, 0, 0, 0, 0, 0, 0, 62, 0, 0, 0})
+            + numbers({40, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 8, 0, 0, 0, 0, 0})
+            + numbers({4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0})
+            + numbers({0, 0, 255, 0, 0, 255, 0, 0}) + numbers({first, second, 0, 0});
+    };
+    const ImageFile good = read(folder.write("a.bmp", bmp(1, 0)));
+    ASSERT_EQ(good.channels.size(), 3u);
+    EXPECT_EQ(good.pixels, (std::vector<float>{0, 1, 0, 1, 0, 0}));
+    EXPECT_THROW(read(folder.write("b.bmp", bmp(1, 2))), Error);
+    EXPECT_THROW(read(folder.write("c.bmp", bmp(255, 0))), Error);
+    // A GIF of 2 x 1 pixels whose picture stands at `left`, and its bits of an index: the codes
+    // clear, 1, 0, end (of 3 bits).
+    const auto gif = [&](int left, int bits) {
+        return "GIF89a" + numbers({2, 0, 1, 0, 0x80, 0, 0}) + numbers({255, 0, 0, 0, 255, 0})
+            + numbers({0x2c, left, 0, 0, 0, 2, 0, 1, 0, 0, bits, 2, 0x0c, 0x0a, 0, 0x3b});
+    };
+    const ImageFile green = read(folder.write("a.gif", gif(0, 2)));
+    EXPECT_EQ(green.pixels.at(0), 0);
+    EXPECT_EQ(green.pixels.at(1), 1);
+    EXPECT_THROW(read(folder.write("b.gif", gif(1, 2))), Error);
+    EXPECT_THROW(read(folder.write("c.gif", gif(0, 8))), Error);
+}
+
 TEST(ImageFile, theBytesTellTheFormatAndNamesAreAnything)
 {
     const TemporaryFolder folder;

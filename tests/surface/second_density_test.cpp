@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <functional>
 
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include "volcomp/base/error.h"
@@ -83,6 +85,77 @@ TEST(Texture, wrongFilesAreRefusedWithTheirName)
     EXPECT_TRUE(refuses(floats("nan.pfm", 2, 1, {1.0f, NAN})));
 }
 
+/// Writes an EXR or PNG of three channels whose pixels are what `value` says of their places.
+std::filesystem::path byOpenImageIO(const std::string& name, OIIO::ImageSpec spec,
+                                    const std::function<float(int, int)>& value)
+{
+    const std::filesystem::path file =
+        std::filesystem::path(::testing::TempDir()) / ("volcomp_map_" + name);
+    std::vector<float> pixels;
+    for (int y = 0; y < spec.height; ++y)
+        for (int x = 0; x < spec.width; ++x)
+            pixels.insert(pixels.end(), 3, value(spec.x + x, spec.y + y));
+    const auto out = OIIO::ImageOutput::create(file.string());
+    EXPECT_TRUE(out && out->open(file.string(), spec)
+                && out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()) && out->close());
+    return file;
+}
+
+// A picture of 8 x 6 pixels that is white only in its lower right quarter, whole, trimmed to that
+// quarter, and with data around it that nobody should see.
+TEST(Texture, theDisplayWindowFillsTheUnitSquare)
+{
+    const auto value = [](int x, int y) {
+        const bool inside = x >= 0 && x < 8 && y >= 0 && y < 6;
+        return !inside ? 7.0f : x >= 4 && y >= 3 ? 1.0f + float(x) / 8 : 0.0f;
+    };
+    const auto spec = [](int x, int y, int width, int height) {
+        OIIO::ImageSpec s(width, height, 3, OIIO::TypeDesc::FLOAT);
+        s.x = x, s.y = y, s.full_x = s.full_y = 0, s.full_width = 8, s.full_height = 6;
+        return s;
+    };
+    const Texture whole = readTexture(byOpenImageIO("w.exr", spec(0, 0, 8, 6), value), true);
+    for (const Texture& other :
+         {readTexture(byOpenImageIO("t.exr", spec(4, 3, 4, 3), value), true),
+          readTexture(byOpenImageIO("o.exr", spec(-3, -2, 20, 11), value), true)}) {
+        EXPECT_EQ(other.width, 8);
+        EXPECT_EQ(other.height, 6);
+        for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror, Wrap::black})
+            for (double u = -1.3; u < 2.3; u += 0.07)
+                for (double v = -1.3; v < 2.3; v += 0.07) {
+                    ASSERT_EQ(other.sample(u, v, 1, wrap), whole.sample(u, v, 1, wrap));
+                    ASSERT_EQ(other.colour(u, v, wrap), whole.colour(u, v, wrap));
+                }
+    }
+}
+
+// 0.5 is 0.2140 of sRGB's scale (IEC 61966-2-1) and 0.5^1.8 = 0.2872.
+TEST(Texture, coloursAreConvertedAsTheirFileSaysAndDataNever)
+{
+    struct Case {
+        const char *name, *space;
+        OIIO::TypeDesc type;
+        double linear;
+    };
+    const auto u8 = OIIO::TypeDesc::UINT8, u16 = OIIO::TypeDesc::UINT16;
+    for (const auto& [name, space, type, linear] :
+         {Case{"c.png", "sRGB", u8, 0.2140}, Case{"c.png", "sRGB", u16, 0.2140},
+          Case{"c.png", "", u8, 0.2140}, Case{"c.png", "", u16, 0.2140},
+          Case{"c.png", "Gamma1.8", u8, 0.2872}, Case{"c.png", "Gamma1.8", u16, 0.2872},
+          Case{"c.png", "Linear", u8, 0.5}, Case{"c.png", "Linear", u16, 0.5},
+          Case{"c.tif", "", u8, 0.2140}, Case{"c.tif", "", u16, 0.2140},
+          Case{"c.tif", "", OIIO::TypeDesc::FLOAT, 0.5}, Case{"c.jpg", "", u8, 0.2140},
+          Case{"c.exr", "", OIIO::TypeDesc::HALF, 0.5},
+          Case{"c.hdr", "", OIIO::TypeDesc::FLOAT, 0.5}}) {
+        OIIO::ImageSpec spec(16, 16, 3, type);
+        if (*space) spec.attribute("oiio:ColorSpace", space);
+        const auto file = byOpenImageIO(name, spec, [](int, int) { return 0.5f; });
+        const double rounding = type == u8 ? 0.005 : 2e-4;
+        EXPECT_NEAR(readTexture(file, true).pixels[0], linear, rounding) << name << ' ' << space;
+        EXPECT_NEAR(readTexture(file, false).pixels[0], 0.5, rounding) << name << ' ' << space;
+    }
+}
+
 TEST(SecondDensity, factorsMultiplyAndRangesInvert)
 {
     MapFactor half;
@@ -139,6 +212,9 @@ TEST(SecondDensity, noiseIsSmoothEvenAndDependsOnItsSeed)
     EXPECT_LT(std::abs(product) / square, 0.05);
     EXPECT_LT(jump, 1e-3);
     EXPECT_EQ(gradientNoise({NAN, 0, 0}, 1, 1), 0.5);
+    // Its finest octave lies at 3e19, beyond whole numbers of 64 bits.
+    const double far_off = gradientNoise({9e14, 0.3, 0}, 16, 1);
+    EXPECT_TRUE(far_off >= 0 && far_off <= 1);
 }
 
 } // namespace

@@ -108,6 +108,38 @@ TEST(Image, ExrKeepsAllChannelsExactly)
     EXPECT_EQ(in->spec().format, OIIO::TypeDesc::FLOAT);
 }
 
+TEST(Image, IsItsDisplayWindow)
+{
+    const TemporaryFolder folder;
+    const auto file = folder / "a.exr";
+    OIIO::ImageSpec spec(2, 1, 1, OIIO::TypeDesc::FLOAT);
+    spec.x = 1, spec.y = 2, spec.full_x = 0, spec.full_y = 0;
+    const auto write = [&](int size) {
+        spec.full_width = spec.full_height = size;
+        const float pixels[2] = {3, 4};
+        const auto out = OIIO::ImageOutput::create(file.string());
+        EXPECT_TRUE(out->open(file.string(), spec)
+                    && out->write_image(OIIO::TypeDesc::FLOAT, pixels) && out->close());
+    };
+    write(4);
+    const Image back = readImage(file);
+    EXPECT_EQ(back.pixels, (std::vector<float>{0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 4, 0, 0, 0, 0, 0}));
+    write(1 << 20); // 4 TB of nothing
+    EXPECT_THROW(readImage(file), Error);
+}
+
+// OpenImageIO's create() takes what follows a question mark for a query.
+TEST(Image, NamesMayHaveAnyCharacters)
+{
+    const TemporaryFolder folder;
+    for (const std::string name : {"a?b=c", "a*[b]", "a\nb", "a b$(c);d", "%d#"})
+        for (const char* ending : {".png", ".exr"}) {
+            writeImage(folder / (name + ending), image(1, 1, {"R", "G", "B"}, {1, 1, 1}));
+            EXPECT_EQ(readImage(folder / (name + ending)).pixels, (std::vector<float>{1, 1, 1}))
+                << name << ending;
+        }
+}
+
 TEST(Image, SaysWhatCannotBeWrittenOrRead)
 {
     const TemporaryFolder folder;
