@@ -95,6 +95,7 @@ std::string readSceneText(const fs::path& file, std::size_t most)
                             "more", "Meshes and images belong into files of their own.");
         if (got > 0) continue;
         text.resize(size);
+        text.shrink_to_fit(); // a scene may have thousands of files
         return text;
     }
 }

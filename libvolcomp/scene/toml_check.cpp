@@ -31,7 +31,8 @@ std::size_t behindString(std::string_view text, std::size_t at)
     return text.size();
 }
 
-[[noreturn]] void fail(const TomlFile& file, std::size_t at, const std::string& expected)
+[[noreturn]] void fail(const TomlFile& file, std::size_t at, const std::string& what,
+                       const std::string& note = "one too many")
 {
     const std::string_view before = std::string_view(file.text).substr(0, at);
     const auto line =
@@ -42,9 +43,27 @@ std::size_t behindString(std::string_view text, std::size_t at)
         + std::count_if(before.begin() + static_cast<std::ptrdiff_t>(begin), before.end(),
                         [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
     const toml::source_region region{{line, column}, {line, column + 1}, {}};
-    throw Error(file.pointed(
-        fmt::format("{}:{}: expected {}, found more", file.file.string(), line, expected), region,
-        "one too many"));
+    throw Error(
+        file.pointed(fmt::format("{}:{}: {}", file.file.string(), line, what), region, note));
+}
+
+[[noreturn]] void failMore(const TomlFile& file, std::size_t at, const std::string& most)
+{
+    fail(file, at, "expected at most " + most + ", found more");
+}
+
+/// Throws Error if the table's header that begins with the bracket at `at` has no name. toml++
+/// 3.3.0 would go on as if there were one.
+void requireHeader(const TomlFile& file, std::size_t at)
+{
+    const std::string_view text = file.text;
+    std::size_t i = at + 1;
+    if (i < text.size() && text[i] == '[') ++i;
+    while (i < text.size() && (text[i] == ' ' || text[i] == '\t')) ++i;
+    constexpr std::string_view kFirst =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-\"'";
+    if (i == text.size() || kFirst.find(text[i]) == kFirst.npos)
+        fail(file, std::min(i, text.size() - 1), "not valid TOML: expected a table's name", "here");
 }
 
 } // namespace
@@ -65,18 +84,18 @@ void requireFlat(const TomlFile& file, ReadBudget& budget)
             i = std::min(text.find('\n', i), text.size());
             continue;
         }
+        if (c == '[' && line_begins && open == 0) requireHeader(file, i);
         if (c == '{' || (c == '[' && line_begins)) {
             if (budget.tables == 0)
-                fail(file, i,
-                     fmt::format("a scene of at most {} tables in all", ReadBudget().tables));
+                failMore(file, i, fmt::format("{} tables in all", ReadBudget().tables));
             --budget.tables;
         }
         if (c == '[' || c == '{') ++open;
         if (c == ']' || c == '}') open = std::max(0, open - 1);
-        if (open > kDeepest) fail(file, i, fmt::format("at most {} open brackets", kDeepest));
+        if (open > kDeepest) failMore(file, i, fmt::format("{} open brackets", kDeepest));
         if (c == '.') ++dots;
         else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) dots = 0;
-        if (dots >= kDeepest) fail(file, i, fmt::format("a key of at most {} parts", kDeepest));
+        if (dots >= kDeepest) failMore(file, i, fmt::format("{} parts of a key", kDeepest));
         line_begins = c == '\n' || (line_begins && (c == ' ' || c == '\t'));
         ++i;
     }

@@ -1,4 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <stdexcept>
+
+namespace {
+
+/// What toml++ asserts. Without this, a release build takes what is asserted for granted, and
+/// toml++ 3.3.0 asserts what the bytes of a file can break.
+constexpr void requireOfToml(bool holds)
+{
+    if (!holds) throw std::logic_error("toml++ does not understand it");
+}
+
+} // namespace
+
+#undef NDEBUG
+#define TOML_ASSERT(expr) requireOfToml(static_cast<bool>(expr))
 #define TOML_IMPLEMENTATION
 #include "volcomp/scene/toml_file.h"
 
@@ -133,6 +148,8 @@ std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, Rea
         result->table = toml::parse(std::string_view(result->text));
     } catch (const toml::parse_error& error) {
         throw notToml(*result, error);
+    } catch (const std::logic_error& error) {
+        throw Error(file.string() + ": not valid TOML: " + error.what());
     }
     if (result->table.empty())
         throw fileError(file, "", "a scene", "an empty file",

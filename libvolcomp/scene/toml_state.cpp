@@ -60,7 +60,8 @@ std::string spellingHint(const std::string& word, const std::vector<std::string>
 
 const toml::node* TableReader::State::find(const Key& key) const
 {
-    known.emplace_back(key.name);
+    if (std::find(known.begin(), known.end(), key.name) == known.end())
+        known.emplace_back(key.name);
     return value ? value->get(key.name) : nullptr;
 }
 

@@ -192,9 +192,9 @@ TEST_F(TomlReader, whatIsNestedTooDeepIsRefusedWithItsLine)
         expectAll(messageOf([&] { open("a = 1\nb = " + many("{a = ", depth)); }),
                   {".toml:2:", "at most 32 open brackets"});
         expectAll(messageOf([&] { open("\n\na" + many(" . a", depth) + " = 1"); }),
-                  {".toml:3:", "a key of at most 32 parts"});
+                  {".toml:3:", "at most 32 parts of a key"});
         expectAll(messageOf([&] { open("[a" + many(".'a.b'", depth) + "]"); }),
-                  {".toml:1:", "a key of at most 32 parts"});
+                  {".toml:1:", "at most 32 parts of a key"});
     }
     EXPECT_NO_THROW(open("b = " + many("[", 32) + many("]", 32)));
     EXPECT_NO_THROW(open("a" + many(".a", 31) + " = 1"));
@@ -205,6 +205,15 @@ TEST_F(TomlReader, whatIsNestedTooDeepIsRefusedWithItsLine)
                          + "'''\n"));
     expectAll(messageOf([&] { open(many("[[light]]\n", 200001)); }),
               {".toml:200001:", "at most 200000 tables"});
+}
+
+TEST_F(TomlReader, headersWithoutANameAreRefused)
+{
+    for (const char* text : {"a = 1\n[\x01]\n", "a = 1\n[[ =]]\n", "a = 1\n  [.a]\n", "a = 1\n[",
+                             "a = 1\n[]\n", "a = 1\n[[\n"})
+        expectAll(messageOf([&] { open(text); }),
+                  {".toml:2:", "not valid TOML: expected a table's name"});
+    EXPECT_NO_THROW(open("a = [\n[1],\n[ ],\n[[2]]]\n[ 'b' ]\n[[ \"\" ]]\n"));
 }
 
 TEST_F(TomlReader, bytesThatAreNotUtf8AreNamedWithTheirLine)
