@@ -2,6 +2,12 @@
 #include "volcomp/surface/surface_walk.h"
 
 #include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 
 #include "volcomp/surface/mesh_topology.h"
 
@@ -40,7 +46,7 @@ Nearest nearestOf(const Mesh& mesh, std::int32_t triangle, const Vec3d& p)
     return n;
 }
 
-constexpr int kMostTurns = 256; ///< triangles around one corner that are looked at
+constexpr int kMostTurns = 256; ///< triangles around a vertex
 
 } // namespace
 
@@ -66,65 +72,130 @@ public:
     std::int32_t best = -1; ///< -1: no triangle is nearer
 };
 
-SurfaceWalk::SurfaceWalk(const Mesh& mesh)
+/// How triangles hang together: half-edges, in which face t is the mesh's triangle t, though it may
+/// be turned round.
+struct SurfaceWalk::Links {
+    OpenMesh::TriConnectivity edges;
+    std::vector<std::array<std::int32_t, 3>> vertices; ///< those of each triangle's corners
+
+    explicit Links(const Mesh& mesh);
+    /// The triangle across the edge from a corner to the next; -1: none.
+    std::int32_t across(std::int32_t triangle, int corner) const
+    {
+        const auto [a, b, c] = vertices[triangle];
+        const int opposite = corner == 0 ? c : corner == 1 ? a : b;
+        auto edge = edges.halfedge_handle(OpenMesh::FaceHandle(triangle));
+        while (edges.to_vertex_handle(edges.next_halfedge_handle(edge)).idx() != opposite)
+            edge = edges.next_halfedge_handle(edge);
+        return edges.opposite_face_handle(edge).idx();
+    }
+
+private:
+    bool fits(const std::array<std::int32_t, 3>& triangle) const;
+    void add(std::array<std::int32_t, 3>& triangle);
+};
+
+/// True if the half-edges of the triangle are free.
+bool SurfaceWalk::Links::fits(const std::array<std::int32_t, 3>& triangle) const
+{
+    for (int i = 0; i < 3; ++i) {
+        const OpenMesh::VertexHandle from(triangle[i]), to(triangle[(i + 1) % 3]);
+        const auto edge = edges.find_halfedge(from, to);
+        if (!edges.is_boundary(from) || (edge.is_valid() && !edges.is_boundary(edge))) return false;
+    }
+    return true;
+}
+
+/// Adds a triangle, turned round if it only fits so; one that does not fit gets its own vertices.
+void SurfaceWalk::Links::add(std::array<std::int32_t, 3>& triangle)
+{
+    const auto addFace = [&](const std::array<std::int32_t, 3>& v) {
+        return edges
+            .add_face(OpenMesh::VertexHandle(v[0]), OpenMesh::VertexHandle(v[1]),
+                      OpenMesh::VertexHandle(v[2]))
+            .is_valid();
+    };
+    std::array<std::int32_t, 3> order = triangle;
+    const bool degenerate = order[0] == order[1] || order[1] == order[2] || order[2] == order[0];
+    if (!degenerate && !fits(order)) std::swap(order[1], order[2]);
+    if (!degenerate && fits(order) && addFace(order)) return;
+    for (std::int32_t& v : triangle) v = edges.new_vertex().idx();
+    addFace(triangle);
+}
+
+SurfaceWalk::Links::Links(const Mesh& mesh)
 {
     const std::vector<std::int32_t> welded = weld(mesh.points);
-    for (const auto& corners : mesh.triangles)
-        m_vertices.push_back({welded[corners[0]], welded[corners[1]], welded[corners[2]]});
+    const std::size_t count = mesh.triangles.size();
+    const auto vertexOf = [&](std::int32_t t, int i) { return welded[mesh.triangles[t][i % 3]]; };
     const auto isDegenerate = [&](const EdgeUse& use) {
-        const auto& v = m_vertices[use.triangle];
-        return v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
+        const std::int32_t a = vertexOf(use.triangle, 0), b = vertexOf(use.triangle, 1),
+                           c = vertexOf(use.triangle, 2);
+        return a == b || b == c || c == a;
     };
-    m_neighbours.assign(mesh.triangles.size(), {-1, -1, -1});
+    // A place where several sheets meet is a vertex for each of them: corners are one vertex only
+    // if edges that two triangles share lead from one to the other.
+    std::vector<std::int32_t> corner(3 * count); // a forest; a vertex is a root
+    std::iota(corner.begin(), corner.end(), 0);
+    const auto root = [&](std::int32_t c) {
+        while (corner[c] != c) c = corner[c] = corner[corner[c]];
+        return c;
+    };
     forEachEdge(edgeUses(mesh, welded), [&](auto first, auto last) {
         const auto a = std::find_if_not(first, last, isDegenerate);
-        if (a == last) return;
-        const auto b = std::find_if_not(a + 1, last, isDegenerate);
+        const auto b = a == last ? last : std::find_if_not(a + 1, last, isDegenerate);
         if (b == last) return;
-        m_neighbours[a->triangle][a->corner] = b->triangle;
-        m_neighbours[b->triangle][b->corner] = a->triangle;
+        for (int end = 0; end < 2; ++end) {
+            const int same = a->forward == b->forward ? end : 1 - end;
+            corner[root(3 * a->triangle + (a->corner + end) % 3)] =
+                root(3 * b->triangle + (b->corner + same) % 3);
+        }
     });
+    edges.reserve(3 * count, 3 * count, count);
+    std::vector<std::int32_t> number(3 * count, -1);
+    // A vertex of very many triangles is several: the time per triangle grows with their number.
+    std::vector<int> uses; // of each vertex
+    vertices.resize(count);
+    for (std::size_t t = 0; t < count; ++t) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            std::int32_t& n = number[root(static_cast<std::int32_t>(3 * t + i))];
+            if (n < 0 || ++uses[n] > kMostTurns) {
+                n = edges.new_vertex().idx();
+                uses.resize(edges.n_vertices(), 1);
+            }
+            vertices[t][i] = n;
+        }
+        add(vertices[t]);
+    }
 }
+
+SurfaceWalk::SurfaceWalk(const Mesh& mesh) : m_links(std::make_shared<const Links>(mesh)) { }
 
 bool SurfaceWalk::lookAround(Step& step, std::int32_t triangle, int corner) const
 {
-    bool border = false;
-    const std::int32_t vertex = m_vertices[triangle][corner];
-    for (bool forward_first : {true, false}) { // one way and, if that ends at a border, the other
-        std::int32_t t = triangle;
-        int at = corner, turns = 0;
-        bool forward = forward_first; // across the edge that starts in the corner, or ends there
-        do {
-            const std::int32_t from = t;
-            t = m_neighbours[t][forward ? at : (at + 2) % 3];
-            border = border || t < 0;
-            if (t < 0 || t == triangle) break;
-            at = static_cast<int>(std::find(m_vertices[t].begin(), m_vertices[t].end(), vertex)
-                                  - m_vertices[t].begin());
-            if (at == 3) break;
-            forward = m_neighbours[t][at] != from;
-            step.look(t);
-        } while (++turns < kMostTurns);
-        if (t == triangle) break;
-    }
-    return border;
+    const OpenMesh::VertexHandle vertex(m_links->vertices[triangle][corner]);
+    int turns = 0;
+    for (auto face = m_links->edges.cvf_iter(vertex); face.is_valid() && turns < kMostTurns;
+         ++face, ++turns)
+        if (face->idx() != triangle) step.look(face->idx());
+    return m_links->edges.is_boundary(vertex);
 }
 
 SurfaceWalk::Foot SurfaceWalk::nearest(const Mesh& mesh, const Vec3d& p, std::int32_t start) const
 {
     std::int32_t triangle = start;
     Nearest here = nearestOf(mesh, start, p);
-    for (std::size_t k = 0; k < m_neighbours.size(); ++k) {
+    for (std::size_t k = 0; k < m_links->vertices.size(); ++k) {
         Step step(mesh, p, here);
         bool border = false;
         if (here.edge >= 0) {
-            const std::int32_t t = m_neighbours[triangle][here.edge];
+            const std::int32_t t = m_links->across(triangle, here.edge);
             border = t < 0;
             if (!border) step.look(t);
         } else if (here.corner >= 0) border = lookAround(step, triangle, here.corner);
         if (step.best < 0 && border) // a triangle without area may have given any of its edges
-            for (const std::int32_t t : m_neighbours[triangle])
-                if (t >= 0) step.look(t);
+            for (int i = 0; i < 3; ++i)
+                if (const std::int32_t t = m_links->across(triangle, i); t >= 0) step.look(t);
         if (step.best < 0) break;
         triangle = step.best;
         here = step.found;

@@ -3,9 +3,8 @@
 // triangle to triangle.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "volcomp/surface/mesh.h"
 #include "volcomp/base/vec.h"
@@ -18,7 +17,8 @@ public:
     SurfaceWalk() = default;
     /// Corners at the same place are one vertex. If more than two triangles share an edge, the
     /// first two are neighbours. Degenerate triangles, two of whose corners are one vertex, have no
-    /// neighbours.
+    /// neighbours, and a triangle has none that is wound against those that come before it and
+    /// cannot be turned to fit them.
     explicit SurfaceWalk(const Mesh& mesh);
 
     /// The nearest point that a walk has found.
@@ -34,12 +34,10 @@ public:
 
 private:
     class Step;
+    struct Links;
     /// Looks at the triangles around a corner. Returns true if the surface ends there.
     bool lookAround(Step& step, std::int32_t triangle, int corner) const;
-
-    std::vector<std::array<std::int32_t, 3>> m_vertices; ///< of each triangle
-    std::vector<std::array<std::int32_t, 3>>
-        m_neighbours; ///< across the edge from corner i to the next; -1: none
+    std::shared_ptr<const Links> m_links; ///< copies share it; null: made without a mesh
 };
 
 } // namespace volcomp

@@ -295,5 +295,42 @@ TEST(SurfaceWalk, endsAtBordersAndOnTrianglesWithoutArea)
         EXPECT_TRUE(std::isfinite(walk.nearest(m, {0.2, 0.7, 2}, start).distance2));
 }
 
+TEST(SurfaceWalk, crossesEdgesOfOppositeWindingAndPassesSharedEdges)
+{
+    // A row of squares along x, wound at random; a fin stands on each edge between two of them.
+    Mesh m;
+    const int n = 40;
+    for (int i = 0; i <= n; ++i)
+        for (const Vec3d& p : {Vec3d(i, 0, 0), Vec3d(i, 1, 0), Vec3d(i, 0.5, -1)})
+            m.points.push_back(p);
+    Random r(3);
+    for (int i = 0; i < n; ++i) {
+        const int a = 3 * i, b = a + 1, c = a + 3, d = a + 4;
+        for (std::array<std::int32_t, 3> t : {std::array{a, c, b}, {b, c, d}}) {
+            if (r.uniform() < 0.5) std::swap(t[1], t[2]);
+            m.triangles.push_back(t);
+        }
+    }
+    for (int i = 0; i <= n; ++i) m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    const SurfaceWalk walk(m);
+    for (const std::int32_t start : {0, 2 * n - 1}) {
+        const SurfaceWalk::Foot foot = walk.nearest(m, {n - 1.7, 0.4, 0.5}, start);
+        EXPECT_NEAR(foot.distance2, 0.25, 1e-12);
+        EXPECT_EQ(foot.triangle / 2, n - 2);
+    }
+}
+
+TEST(SurfaceWalk, aFanOf100000TrianglesIsQuick)
+{
+    Mesh m;
+    const int n = 100000;
+    m.points.emplace_back(0, 0, 0);
+    for (int i = 0; i < n; ++i)
+        m.points.emplace_back(std::cos(2 * kPi * i / n), std::sin(2 * kPi * i / n), 0);
+    for (int i = 0; i < n; ++i) m.triangles.push_back({0, 1 + i, 1 + (i + 1) % n});
+    const SurfaceWalk walk(m);
+    EXPECT_NEAR(walk.nearest(m, {std::cos(0.001), std::sin(0.001), 1}, 0).distance2, 1, 1e-9);
+}
+
 } // namespace
 } // namespace volcomp
