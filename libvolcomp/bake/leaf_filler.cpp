@@ -53,6 +53,13 @@ SymmetricTensor tensorOf(const Vec3d& direction)
     return tensor;
 }
 
+/// Returns the mean over all directions across an axis, given the axis' own: normals all around it.
+SymmetricTensor acrossOf(const SymmetricTensor& axis)
+{
+    return {0.5 * (1 - axis.xx), 0.5 * (1 - axis.yy), 0.5 * (1 - axis.zz),
+            -0.5 * axis.xy,      -0.5 * axis.xz,      -0.5 * axis.yz};
+}
+
 } // namespace
 
 double reachInCells(const Segment& s, double size)
@@ -122,9 +129,7 @@ void LeafFiller::finishStrand()
 void LeafFiller::addThin(const Piece& piece, LineRange range)
 {
     SymmetricTensor tensor = tensorOf(piece.axis);
-    if (m_kind == MaterialKind::surface) // normals all around the axis
-        tensor = {0.5 * (1 - tensor.xx), 0.5 * (1 - tensor.yy), 0.5 * (1 - tensor.zz),
-                  -0.5 * tensor.xy,      -0.5 * tensor.xz,      -0.5 * tensor.yz};
+    if (m_kind == MaterialKind::surface) tensor = acrossOf(tensor);
     // (pi/4) 2 r l in voxels, or the volume pi r^2 l if that is more
     const double sizes = piece.size_a + piece.size_b;
     const double per_length =
@@ -216,7 +221,7 @@ void LeafFiller::addThick(const Piece& piece, LineRange range)
         high[k] = static_cast<int>(
             std::clamp(std::floor(std::max(p0[k], p1[k]) + reach - m_low[k]), -1.0, 7.0));
     }
-    SymmetricTensor tensor = tensorOf(piece.axis);
+    const SymmetricTensor along_axis = tensorOf(piece.axis), around_axis = acrossOf(along_axis);
     const auto addVoxel = [&](int x, int y, int z) {
         const Vec3d p = m_low + Vec3d(x + 0.5, y + 0.5, z + 0.5);
         const double along = (p - line.a).dot(piece.axis),
@@ -233,8 +238,10 @@ void LeafFiller::addThick(const Piece& piece, LineRange range)
         const int index = (x << 6) | (y << 3) | z;
         const double added = c - m_cells[index].coverage; // pieces of one strand are joined
         if (added <= 0) return;
-        if (m_kind == MaterialKind::surface && distance > 1e-6) tensor = tensorOf(out / distance);
-        deposit(index, added, piece.segment, t, tensor);
+        deposit(index, added, piece.segment, t,
+                m_kind != MaterialKind::surface ? along_axis
+                    : distance > 1e-6           ? tensorOf(out / distance)
+                                                : around_axis);
     };
     for (int x = low[0]; x <= high[0]; ++x)
         for (int y = low[1]; y <= high[1]; ++y)

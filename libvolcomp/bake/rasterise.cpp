@@ -28,6 +28,10 @@ constexpr int kMaxCoordinate = 1 << 20;
 /// it.
 constexpr float kLeastDepth = 1e-5f;
 
+/// The most pairs that are found: 32 GB of them, and at least as much for what they fill. As each
+/// segment makes one, the numbers of segments fit into 32 bits.
+constexpr double kMostPairs = 2e9;
+
 /// A segment touches a leaf.
 struct Pair {
     std::uint64_t leaf; ///< see packed()
@@ -56,28 +60,69 @@ openvdb::Coord unpacked(std::uint64_t key)
     return {part(key >> 42), part(key >> 21), part(key)};
 }
 
-/// Calls f(leaf key) for each leaf that the segment may touch.
+/// How far from its axis a segment may reach, in leaves.
+double reachInLeaves(const Segment& s, double voxel)
+{
+    return reachInCells(s, std::max(s.size_a, s.size_b) / voxel) / kLeaf + 1e-9;
+}
+
+/// Calls f(leaf key) for each leaf that the segment may touch. Walks along the segment, so that a
+/// long one does not cost as much as the cuboid around it.
 template <class F>
 void forLeaves(const Segment& s, double voxel, F&& f)
 {
     const CellLine cells = inCells(s, voxel);
-    const Vec3d a = cells.a / kLeaf, d = cells.d / kLeaf, b = a + d;
-    const double reach = reachInCells(s, std::max(s.size_a, s.size_b) / voxel) / kLeaf + 1e-9;
-    int low[3], high[3];
-    for (int k = 0; k < 3; ++k) {
-        low[k] = static_cast<int>(std::floor(std::min(a[k], b[k]) - reach));
-        high[k] = static_cast<int>(std::floor(std::max(a[k], b[k]) + reach));
+    const Vec3d a = cells.a / kLeaf, d = cells.d / kLeaf;
+    const double reach = reachInLeaves(s, voxel);
+    // The layers along axis k that the part `range` of the segment reaches.
+    const auto layers = [&](const LineRange& range, int k) {
+        const double from = a[k] + d[k] * range.begin, to = a[k] + d[k] * range.end;
+        return std::pair(static_cast<int>(std::floor(std::min(from, to) - reach)),
+                         static_cast<int>(std::floor(std::max(from, to) + reach)));
+    };
+    // The part of `range` that may reach layer c along axis k, a little more for rounding.
+    const auto within = [&](LineRange range, int k, int c) {
+        if (d[k] == 0) return range;
+        const double t0 = (c - reach - a[k]) / d[k], t1 = (c + 1 + reach - a[k]) / d[k];
+        range.begin = std::max(range.begin, std::min(t0, t1) - 1e-9);
+        range.end = std::min(range.end, std::max(t0, t1) + 1e-9);
+        return range;
+    };
+    const LineRange all{0, 1};
+    const auto [x_low, x_high] = layers(all, 0);
+    const auto [y_low, y_high] = layers(all, 1);
+    const auto [z_low, z_high] = layers(all, 2);
+    if (x_low == x_high && y_low == y_high && z_low == z_high) {
+        f(packed(x_low, y_low, z_low));
+        return;
     }
-    const bool single = low[0] == high[0] && low[1] == high[1] && low[2] == high[2];
     const auto touches = [&](int x, int y, int z) {
         const LineRange range = clippedToBox({0, 1 + 1e-12}, a, d, Vec3d(x, y, z) - Vec3d(reach),
                                              Vec3d(x + 1, y + 1, z + 1) + Vec3d(reach));
         return range.begin < range.end;
     };
-    for (int x = low[0]; x <= high[0]; ++x)
-        for (int y = low[1]; y <= high[1]; ++y)
-            for (int z = low[2]; z <= high[2]; ++z)
-                if (single || touches(x, y, z)) f(packed(x, y, z));
+    for (int x = x_low; x <= x_high; ++x) {
+        const LineRange in_x = within(all, 0, x);
+        const auto y = layers(in_x, 1);
+        for (int j = std::max(y_low, y.first); j <= std::min(y_high, y.second); ++j) {
+            const auto z = layers(within(in_x, 1, j), 2);
+            for (int k = std::max(z_low, z.first); k <= std::min(z_high, z.second); ++k)
+                if (touches(x, j, k)) f(packed(x, j, k));
+        }
+    }
+}
+
+/// Returns about how many leaves the segments touch, those of each segment counted, without
+/// visiting any.
+double leavesTouched(const std::vector<Segment>& segments, double voxel)
+{
+    double count = 0;
+    for (const Segment& s : segments) {
+        const Vec3d d = inCells(s, voxel).d / kLeaf;
+        const double across = 2 * reachInLeaves(s, voxel) + 1;
+        count += (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]) + across) * across * across;
+    }
+    return count;
 }
 
 /// Returns all pairs, sorted by leaf and then by segment. Counts first, so that each pair is
@@ -135,6 +180,11 @@ void check(const std::vector<Segment>& segments, double voxel)
             "a box reaches {:.4g} m from its root, more than {} voxels of {:.4g} m; a larger voxel is "
             "needed",
             farthest, kMaxCoordinate / 2, voxel));
+    if (const double touched = leavesTouched(segments, voxel); touched > kMostPairs)
+        throw Error(fmt::format(
+            "the voxel of a box: {} segments fill about {:.2g} blocks of {}^3 voxels of {:.4g} m, more "
+            "than {:.2g}; a larger voxel or thinner or fewer strands are needed",
+            segments.size(), touched, kLeaf, voxel, kMostPairs));
 }
 
 bool oneColour(const std::vector<Segment>& segments)

@@ -34,8 +34,8 @@ constexpr double kSmallestVoxel = 1.5e-5;
 /// density-weighted principal tangent (fibre) or normal (surface). The colour grid is null if all
 /// segments have one colour. The grids are as large as the segments need. The values do not depend
 /// on the number of threads or on the machine. Throws Error if the voxels do not fit into OpenVDB's
-/// index space (coordinates beyond 2^19), the voxel is below kSmallestVoxel or a segment is not
-/// finite.
+/// index space (coordinates beyond 2^19) or are far too many, the voxel is below kSmallestVoxel or
+/// a segment is not finite.
 VolumePart rasterise(const std::vector<Segment>& segments, const std::string& material,
                      MaterialKind kind, double voxel, const Progress& progress = {});
 

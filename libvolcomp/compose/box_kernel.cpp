@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/box_kernel.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "volcomp/compose/placed_box.h"
@@ -128,19 +130,27 @@ private:
             queue(begin, middle);
             return;
         }
+        // A voxel may have a million parts, of which few reach into the tile.
+        const ReachedParts reached = reachedParts(m_box, begin);
+        if (reached.count[0] == 0) return;
         VoxelSum sums[kRun] = {};
         for (std::uint32_t k = 0; k < kRun && begin + k < m_box.voxel_count; ++k)
             makeSum(m_box, begin + k, sums[k]);
         m_divided_sums = sums;
         const float step = 1 / static_cast<float>(divisions), first = 0.5f * step - 0.5f;
-        for (int x = 0; x < divisions; ++x)
-            for (int y = 0; y < divisions; ++y)
-                for (int z = 0; z < divisions; ++z) {
-                    const float middle[3] = {first + step * static_cast<float>(x),
-                                             first + step * static_cast<float>(y),
-                                             first + step * static_cast<float>(z)};
+        const auto each = [&](int axis, const auto& visit) {
+            for (int r = 0; r < reached.count[axis]; ++r)
+                for (int k = reached.ranges[axis][r].begin; k < reached.ranges[axis][r].end; ++k)
+                    visit(first + step * static_cast<float>(k));
+        };
+        each(0, [&](float x) {
+            each(1, [&](float y) {
+                each(2, [&](float z) {
+                    const float middle[3] = {x, y, z};
                     queue(begin, middle);
-                }
+                });
+            });
+        });
         flush();
         m_divided_sums = nullptr;
     }
@@ -197,6 +207,66 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace volcomp {
+
+namespace {
+
+/// Sorts ranges by their begin and joins those that touch. Returns how many are left.
+int joinRanges(ReachedParts::Range* ranges, int count)
+{
+    std::sort(ranges, ranges + count,
+              [](const auto& a, const auto& b) { return a.begin < b.begin; });
+    int kept = 0;
+    for (int i = 0; i < count; ++i)
+        if (kept > 0 && ranges[i].begin <= ranges[kept - 1].end)
+            ranges[kept - 1].end = std::max(ranges[kept - 1].end, ranges[i].end);
+        else ranges[kept++] = ranges[i];
+    return kept;
+}
+
+} // namespace
+
+// A cube reaches into the tile if its middle is not farther from the tile's than half the edges of
+// both, along each of the tile's axes. Then it is so along the box's axes for the tile's bounds.
+ReachedParts reachedParts(const BoxInTile& box, std::uint32_t begin)
+{
+    constexpr double kHalf = 0.5 * TileCells::kSize;
+    double middle[3], bounds[3], step[3], size = 0; // the tile's along the box's axes
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = bounds[a] = step[a] = 0;
+        for (int i = 0; i < 3; ++i) {
+            middle[a] += double(box.turn[a][i]) * (kHalf - double(box.root[i]));
+            bounds[a] += std::abs(double(box.turn[a][i]));
+            step[a] += double(box.axes[a][i]) * double(box.axes[a][i]);
+        }
+        step[a] = std::sqrt(step[a]);
+        size += std::abs(double(box.root[a]));
+    }
+    ReachedParts reached{};
+    for (std::uint32_t k = 0; k < SourcePart::kRun && begin + k < box.voxel_count; ++k) {
+        double p[3], far = size;
+        for (int a = 0; a < 3; ++a) {
+            p[a] = double(box.place[a][begin + k]);
+            far += step[a] * std::abs(p[a]);
+        }
+        const double margin = 1e-3 + 1e-6 * far; // places are sums of floats
+        ReachedParts::Range range[3];
+        bool empty = false;
+        for (int a = 0; a < 3; ++a) {
+            const double reach = (kHalf + 0.5 * double(box.width) + margin) * bounds[a];
+            const auto part = [&](double x) { // of the place x, along this axis from the root
+                return std::clamp((x / step[a] - p[a] + 0.5) * box.divisions, -1.0,
+                                  box.divisions + 1.0);
+            };
+            range[a].begin = std::max(0, static_cast<int>(part(middle[a] - reach) - 1));
+            range[a].end = std::min(box.divisions, static_cast<int>(part(middle[a] + reach)) + 1);
+            empty = empty || range[a].begin >= range[a].end;
+        }
+        if (empty) continue;
+        for (int a = 0; a < 3; ++a) reached.ranges[a][reached.count[a]++] = range[a];
+    }
+    for (int a = 0; a < 3; ++a) reached.count[a] = joinRanges(reached.ranges[a], reached.count[a]);
+    return reached;
+}
 
 HWY_EXPORT(addBox);
 

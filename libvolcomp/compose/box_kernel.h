@@ -41,6 +41,20 @@ struct BoxInTile {
     int level_count;
 };
 
+/// The parts of a run's divided voxels that may reach into a tile: along each edge of a voxel, the
+/// numbers [begin, end) of parts, in increasing order and without overlap.
+struct ReachedParts {
+    struct Range {
+        int begin, end;
+    };
+    Range ranges[3][SourcePart::kRun];
+    int count[3]; ///< of ranges; all are 0 if no part reaches into the tile
+};
+
+/// Returns which parts of the kRun voxels from `begin` on may reach into the tile. What it leaves
+/// out does not.
+ReachedParts reachedParts(const BoxInTile& box, std::uint32_t begin);
+
 /// Adds the cubes of the box's voxels that reach into the tile.
 void addBox(const BoxInTile& box, TileAccumulator& tile);
 

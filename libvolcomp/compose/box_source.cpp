@@ -8,6 +8,8 @@
 #include <optional>
 #include <tuple>
 
+#include <fmt/format.h>
+
 #include "volcomp/base/error.h"
 #include "volcomp/base/node_index.h"
 #include "volcomp/base/principal_direction.h"
@@ -146,6 +148,21 @@ std::array<openvdb::Index, kLeafSize> voxelsInMortonOrder()
     return order;
 }
 
+/// Voxels are counted in 32 bits, and a group of them must not wrap.
+constexpr double kMostVoxels = 4294967296.0 - SourcePart::kRun * BoundsList::kTogether;
+
+/// Throws if the part has more voxels than a SourcePart holds: active tiles of a small file may
+/// stand for any number.
+void checkCount(const openvdb::FloatGrid& grid, const std::string& place)
+{
+    const auto count = static_cast<double>(grid.activeVoxelCount());
+    if (count > kMostVoxels)
+        throw Error(
+            fmt::format("{}expected at most {:.0f} voxels, found {:.0f}; a larger voxel needs "
+                        "fewer",
+                        place, kMostVoxels, count));
+}
+
 /// Throws if the voxels are not cubes or voxel (0,0,0) is not at the origin. `place` begins the
 /// message.
 void checkTransform(const openvdb::FloatGrid& grid, const std::string& place)
@@ -245,6 +262,7 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
 {
     const std::string place = "box '" + box_name + "': ";
     checkTransform(*part.density, place);
+    checkCount(*part.density, place);
     SourcePart s;
     s.box = box_name;
     s.material = part.material;

@@ -17,6 +17,8 @@
 namespace volcomp {
 namespace {
 
+constexpr double kFarthestVoxel = double(1 << 24); ///< from the origin, see forTilesBetween()
+
 /// Throws if a placement or parameter is out of range.
 void check(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
            const ComposeParams& params)
@@ -99,24 +101,65 @@ PackedPart composePart(const TileSources& sources, const Progress& progress)
     return part;
 }
 
-/// About how many pairs of a tile and a placement or triangle there are.
-double pairsOf(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel)
+/// The bounds of each box's active voxels, in its own space; empty ones for a box without any.
+std::vector<openvdb::BBoxd> boundsOf(const std::vector<Box>& boxes)
 {
-    std::vector<Vec3d> extents;
-    for (const Box& box : boxes) {
-        double longest = 0;
-        for (const VolumePart& part : box.volume.parts) {
-            const openvdb::CoordBBox bounds = part.density->evalActiveVoxelBoundingBox();
-            if (!bounds.empty())
-                longest = std::max(longest,
-                                   bounds.dim().asVec3d().length() * part.density->voxelSize()[0]);
+    std::vector<openvdb::BBoxd> bounds(boxes.size());
+    for (std::size_t b = 0; b < boxes.size(); ++b)
+        for (const VolumePart& part : boxes[b].volume.parts) {
+            const openvdb::CoordBBox voxels = part.density->evalActiveVoxelBoundingBox();
+            if (voxels.empty()) continue;
+            const double edge = part.density->voxelSize()[0];
+            bounds[b].expand((voxels.min().asVec3d() - Vec3d(0.5)) * edge);
+            bounds[b].expand((voxels.max().asVec3d() + Vec3d(0.5)) * edge);
         }
-        extents.emplace_back(longest);
+    return bounds;
+}
+
+/// How far a coordinate of what is composed is from 0, world units.
+double farthest(const std::vector<openvdb::BBoxd>& bounds, const PlacedScene& scene)
+{
+    double far = 0;
+    for (const Placement& p : scene.boxes.placements) {
+        const openvdb::BBoxd& box = bounds[p.box];
+        if (box.empty()) continue;
+        const Vec3d centre = (box.min() + box.max()) * 0.5, half = (box.max() - box.min()) * 0.5;
+        const Vec3d x(p.x_axis), y(p.y_axis), z(p.z_axis);
+        for (int i = 0; i < 3; ++i)
+            far = std::max(
+                far,
+                std::abs(p.position[i]
+                         + p.scale * (x[i] * centre[0] + y[i] * centre[1] + z[i] * centre[2]))
+                    + p.scale
+                        * (std::abs(x[i]) * half[0] + std::abs(y[i]) * half[1]
+                           + std::abs(z[i]) * half[2]));
     }
+    for (const Skin& skin : skinsOf(scene))
+        for (const Vec3d& p : skin.surface().mesh().points)
+            for (int i = 0; i < 3; ++i) far = std::max(far, std::abs(p[i]));
+    return far;
+}
+
+/// Throws, before anything is packed, if the scene is more voxels wide than there can be.
+void checkReach(const std::vector<openvdb::BBoxd>& bounds, const PlacedScene& scene, double voxel)
+{
+    const double far = farthest(bounds, scene);
+    if (far < voxel * kFarthestVoxel) return;
+    throw Error(fmt::format("compose: voxel: expected at least {:.3g} m for a scene that reaches "
+                            "{:.4g} m from its origin (2^24 voxels), found {:g} m",
+                            1.01 * far / kFarthestVoxel, far, voxel));
+}
+
+/// About how many pairs of a tile and a placement or triangle there are.
+double pairsOf(const std::vector<openvdb::BBoxd>& bounds, const PlacedScene& scene, double voxel)
+{
     const double tile = voxel * TileAccumulator::kSize;
     double pairs = 0;
-    for (const Placement& p : scene.boxes.placements)
-        pairs += std::pow(extents[p.box][0] * p.scale / tile + 1, 3);
+    for (const Placement& p : scene.boxes.placements) {
+        const openvdb::BBoxd& box = bounds[p.box];
+        const double longest = box.empty() ? 0 : (box.max() - box.min()).length();
+        pairs += std::pow(longest * p.scale / tile + 1, 3);
+    }
     for (const Skin& skin : skinsOf(scene))
         pairs +=
             double(skin.surface().mesh().triangles.size()) + skin.surface().area() / (tile * tile);
@@ -175,6 +218,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, const Progress& progress)
 {
     check(boxes, scene.boxes.placements, params);
+    checkReach(boundsOf(boxes), scene, params.voxel);
     const BoxSources sources = packBoxes(boxes, scene, params.voxel);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
@@ -192,9 +236,11 @@ ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene
                                 const ComposeParams& params)
 {
     check(boxes, scene.boxes.placements, params);
+    const std::vector<openvdb::BBoxd> bounds = boundsOf(boxes);
+    checkReach(bounds, scene, params.voxel);
     ComposeParams coarse = params;
     double factor = 1; // finer than the boxes, voxels grow with the cube of the resolution
-    while (pairsOf(boxes, scene, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
+    while (pairsOf(bounds, scene, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
         coarse.voxel *= 2;
         factor *= 8;
     }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "tests/support/message_of.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/random.h"
 #include "volcomp/bake/rasterise.h"
@@ -152,4 +153,52 @@ TEST(Rasterise, RefusesWhatIsNotFinite)
     EXPECT_THROW(bakeFibre({cone({0, 0, 0}, {0, 1e8, 0}, 1, 1)}, 1), Error);
     EXPECT_THROW(bakeFibre({}, 0), Error);
     EXPECT_EQ(bakeFibre({}, 1).density->activeVoxelCount(), 0U);
+}
+
+// The cuboid around this strand has 2e11 blocks of voxels, the strand some ten thousand.
+TEST(Rasterise, ALongStrandCostsWhatItTouches)
+{
+    const double h = 2e-5, r = 1e-6;
+    const Vec3d a(-0.3, -0.31, 0.02), b(0.31, 0.29, 0.7);
+    const double expected = kPi / 4 * 2 * r * (b - a).length() / (h * h);
+    EXPECT_NEAR(totalCoverage(bakeFibre({cone(a, b, r, r)}, h)) / expected, 1, 1e-3);
+}
+
+TEST(Rasterise, WhatWouldFillTooManyVoxelsIsRefusedAtOnce)
+{
+    const auto message = [](double radius, double voxel) {
+        return messageOf(
+            [&] { bakeFibre({cone(Vec3d(0, 0, 0), Vec3d(0, 1, 0), radius, radius)}, voxel); });
+    };
+    EXPECT_NE(message(5, 1.5e-5).find("a larger voxel or thinner or fewer strands"),
+              std::string::npos)
+        << message(5, 1.5e-5);
+}
+
+// The normals of a thick strand point outwards. In the voxels of its axis they have no direction
+// more than another across it, whatever voxel came before.
+TEST(Rasterise, OnTheAxisOfAThickStrandNormalsPointAllAround)
+{
+    const double h = 0.1;
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3d end(0.0);
+        end[axis] = 20 * h;
+        const VolumePart part =
+            rasterise({cone(Vec3d(0.0), end, 3 * h, 3 * h)}, "m", MaterialKind::surface, h);
+        for (int k = 2; k < 18; ++k) {
+            openvdb::Coord c(0, 0, 0);
+            c[axis] = k;
+            const Vec3f inside = part.direction->tree().getValue(c);
+            EXPECT_GT(part.density->tree().getValue(c), 0);
+            EXPECT_NEAR(inside[axis], 0, 1e-5) << axis << " " << k;
+            // Two equal eigenvalues of three: a spread of sqrt(1/2).
+            EXPECT_NEAR(inside.length(), 1 - std::sqrt(0.5), 1e-5) << axis << " " << k;
+            for (const int side : {-2, 2}) {
+                openvdb::Coord beside = c;
+                beside[(axis + 1) % 3] = side;
+                const Vec3f normal = part.direction->tree().getValue(beside);
+                EXPECT_NEAR(std::abs(normal[(axis + 1) % 3]), 1, 1e-4) << axis << " " << k;
+            }
+        }
+    }
 }

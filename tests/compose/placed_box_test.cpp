@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/boxes.h"
+#include "tests/support/message_of.h"
 #include "volcomp/base/error.h"
 
 namespace volcomp {
@@ -149,6 +150,124 @@ TEST(PlacedBox, ReachesEveryTileThatComposingFills)
     }
     p.position[0] = 1e9;
     EXPECT_THROW(PlacedBox(p, part, 0.007).forTiles([](const Coord&) {}), Error);
+}
+
+/// A voxel list of a run at random places, as a tile sees it after a random turn.
+struct TurnedRun {
+    std::vector<float> place[3];
+    BoxInTile box{};
+
+    TurnedRun(std::uint64_t key, int divisions)
+    {
+        Random r(key);
+        const Placement p = randomPlacement(key, 1);
+        const Vec3f* axes[3] = {&p.x_axis, &p.y_axis, &p.z_axis};
+        const double step = divisions - 0.4;
+        Vec3d middle(0.0);
+        for (int a = 0; a < 3; ++a) {
+            for (int k = 0; k < SourcePart::kRun; ++k)
+                place[a].push_back(float(std::floor(r.uniform(5, 8))));
+            const double inside = r.uniform(4.5, 7.5); // what lies at the tile's middle
+            for (int i = 0; i < 3; ++i) {
+                box.turn[a][i] = (*axes[a])[i];
+                box.axes[a][i] = float(double((*axes[a])[i]) * step);
+                middle[i] += box.axes[a][i] * inside;
+            }
+            box.place[a] = place[a].data();
+        }
+        for (int i = 0; i < 3; ++i) box.root[i] = float(8 - middle[i]);
+        box.divisions = divisions;
+        box.width = 1;
+        box.voxel_count = SourcePart::kRun - 2;
+    }
+
+    /// Whether a part's cube overlaps the tile.
+    bool reaches(int voxel, const int (&part)[3]) const
+    {
+        for (int i = 0; i < 3; ++i) {
+            double x = box.root[i] - 8;
+            for (int a = 0; a < 3; ++a)
+                x += box.axes[a][i] * (place[a][voxel] + (part[a] + 0.5) / box.divisions - 0.5);
+            if (std::abs(x) > 8.5) return false;
+        }
+        return true;
+    }
+};
+
+bool holds(const ReachedParts& reached, int axis, int part)
+{
+    for (int r = 0; r < reached.count[axis]; ++r)
+        if (part >= reached.ranges[axis][r].begin && part < reached.ranges[axis][r].end)
+            return true;
+    return false;
+}
+
+TEST(PlacedBox, PartsOfDividedVoxelsThatReachATileAreAllFound)
+{
+    std::size_t found = 0;
+    for (std::uint64_t key = 0; key < 40; ++key) {
+        const TurnedRun run(key, 2 + int(key));
+        const ReachedParts reached = reachedParts(run.box, 0);
+        int part[3];
+        for (int voxel = 0; voxel < int(run.box.voxel_count); ++voxel)
+            for (part[0] = 0; part[0] < run.box.divisions; ++part[0])
+                for (part[1] = 0; part[1] < run.box.divisions; ++part[1])
+                    for (part[2] = 0; part[2] < run.box.divisions; ++part[2])
+                        if (run.reaches(voxel, part)) {
+                            ++found;
+                            for (int a = 0; a < 3; ++a)
+                                ASSERT_TRUE(holds(reached, a, part[a])) << key;
+                        }
+    }
+    EXPECT_GT(found, 10000U);
+}
+
+TEST(PlacedBox, PartsThatATileNeedNotVisitAreLeftOut)
+{
+    for (std::uint64_t key = 0; key < 100; ++key) {
+        const int divisions = key % 2 ? 1000 : 100000;
+        const ReachedParts reached = reachedParts(TurnedRun(key, divisions).box, 0);
+        double parts = 1;
+        for (int a = 0; a < 3; ++a) {
+            double along = 0;
+            for (int r = 0; r < reached.count[a]; ++r)
+                along += reached.ranges[a][r].end - reached.ranges[a][r].begin;
+            parts *= along;
+        }
+        // The bounds of a turned tile are up to 17 sqrt(3) wide, places far away have the rounding
+        // of floats around them, and a tile at a voxel's corner sees eight voxels.
+        EXPECT_LE(parts, std::pow(divisions > 1000 ? 100 : 70, 3)) << key;
+    }
+}
+
+TEST(PlacedBox, DividedVoxelsKeepTheIntegral)
+{
+    Box box{"block", 0, {}};
+    box.volume.parts.push_back(emptyPart(0.5));
+    Random random(3);
+    double sum = 0;
+    for (int k = 0; k < 20; ++k) {
+        const float rho = float(random.uniform(1, 2));
+        const Coord c(k % 3, k / 3 % 3, k / 9);
+        box.volume.parts[0].density->tree().setValue(c, rho);
+        sum += rho * 0.125;
+    }
+    const Placement p = turned({1, 2, 3}, 0.7, {0.1, 0.2, 0.3});
+    const Volume v = composed({box}, {p}, voxel(0.016));
+    double composed_sum = 0;
+    for (auto it = v.parts[0].density->cbeginValueOn(); it; ++it)
+        composed_sum += double(*it) * 0.016 * 0.016 * 0.016;
+    EXPECT_NEAR(composed_sum / sum, 1, 1e-4);
+}
+
+TEST(PlacedBox, ABoxOfMoreThan32BitsOfVoxelsIsRefusedBeforeTheyAreMade)
+{
+    VolumePart part = emptyPart(0.5);
+    part.density->tree().addTile(3, Coord(0, 0, 0), 1.0f, true); // 4096^3 voxels in one tile
+    const std::string message = messageOf([&] { packPart(part, "sea"); });
+    EXPECT_NE(message.find("box 'sea': expected at most 4294967040 voxels, found 68719476736"),
+              std::string::npos)
+        << message;
 }
 
 } // namespace

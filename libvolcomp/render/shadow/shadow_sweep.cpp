@@ -69,7 +69,7 @@ const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L
     return m_field_of[light][side] < 0 ? nullptr : &m_fields[m_field_of[light][side]];
 }
 
-std::int32_t ShadowSweep::Field::patch(int plane, int bundle_b, int bundle_c) const
+ShadowSweep::PatchPlace ShadowSweep::Field::patch(int plane, int bundle_b, int bundle_c) const
 {
     const Plane& at = planes[plane];
     return at.bundles.holds(bundle_b, bundle_c)
@@ -125,7 +125,7 @@ ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double 
                               double darkest) const
 {
     const Place place(lattice, p, L, to_plane, first_s + double(kLeafDim) * plane);
-    const std::int32_t at = patch(plane, place.bundle_b, place.bundle_c);
+    const PatchPlace at = patch(plane, place.bundle_b, place.bundle_c);
     if (at == kUnknown) return std::nullopt;
     if (at == kBright) return RoughCode{255, true};
     if (at == kDark) return RoughCode{255 * std::exp(-darkest), true};
@@ -170,7 +170,7 @@ std::optional<ShadowSweep::Path> ShadowSweep::pathToLight(std::size_t light, con
     const double to_plane = std::max(0.0, (f->lattice.travel(p) - s) / std::abs(L[f->lattice.a]));
     if (to_plane >= distance || !f->lattice.hasRaysAt(s)) return Path{distance, 0};
     const Place place(f->lattice, p, L, to_plane, s);
-    const std::int32_t patch = f->patch(plane, place.bundle_b, place.bundle_c);
+    const PatchPlace patch = f->patch(plane, place.bundle_b, place.bundle_c);
     if (patch == kUnknown || (patch >= 0 && !(patch & 1))) return std::nullopt;
     if (patch == kBright) return Path{to_plane, 0};
     if (patch == kDark) return Path{to_plane, 2 * m_darkest};
@@ -184,7 +184,7 @@ std::size_t ShadowSweep::memoryBytes() const
 {
     std::size_t bytes = 0;
     for (const Field& f : m_fields)
-        bytes += f.planes.size() * sizeof(Plane) + f.patches.size() * sizeof(std::int32_t)
+        bytes += f.planes.size() * sizeof(Plane) + f.patches.size() * sizeof(PatchPlace)
             + f.codes.size();
     return bytes;
 }

@@ -78,7 +78,9 @@ private:
     static constexpr int kStride = 3, kRoughSide = kBundle / kStride + 1,
                          kRoughRays = kRoughSide * kRoughSide;
     static constexpr int kUnit = 4; ///< bytes in which the places of patches are counted
-    static constexpr int kUnknown = -1, kDark = -2, kBright = -3; ///< instead of a patch
+    /// Where a patch is, see Field::patches. With 32 bits 4 GB of codes were the end.
+    using PatchPlace = std::int64_t;
+    static constexpr PatchPlace kUnknown = -1, kDark = -2, kBright = -3; ///< instead of a patch
     /// A rectangle of bundles, bounds included.
     struct Rectangle {
         int low[2] = {1, 1}, high[2] = {0, 0};
@@ -109,11 +111,11 @@ private:
         std::vector<Plane> planes;
         /// By plane and bundle: kUnknown, kDark, kBright, or 2 x (place in `codes` in kUnit) + (1
         /// if the patch keeps all rays).
-        std::vector<std::int32_t> patches;
+        std::vector<PatchPlace> patches;
         /// 255 sqrt(transmittance), kRays or kRoughRays of them for each patch.
         std::vector<std::uint8_t> codes;
 
-        std::int32_t patch(int plane, int bundle_b, int bundle_c) const;
+        PatchPlace patch(int plane, int bundle_b, int bundle_c) const;
         /// s of the plane by which the light enters the layer of leaves of a voxel.
         double planeBefore(const int* cell) const;
         struct RoughCode {

@@ -184,7 +184,7 @@ void ShadowSweep::Sweeper::keep(int layer)
     const std::vector<Patch> patches = patchesToWrite(layer);
     std::size_t next = m_field.codes.size() / kUnit;
     for (const Patch& p : patches) {
-        *p.at = std::int32_t(2 * next + p.fine);
+        *p.at = PatchPlace(2 * next + p.fine);
         next += (p.fine ? kRays : kRoughRays) / kUnit;
     }
     m_field.codes.resize(next * kUnit);

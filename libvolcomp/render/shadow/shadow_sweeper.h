@@ -49,7 +49,7 @@ private:
     /// A patch that is to be written.
     struct Patch {
         BundleAt bundle;
-        std::int32_t* at; ///< in Field::patches
+        PatchPlace* at; ///< in Field::patches
         bool fine;
     };
     /// A thread's copy of the densities under a bundle.
