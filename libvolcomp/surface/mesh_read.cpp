@@ -177,6 +177,8 @@ Soup readSoup(const fs::path& file)
         options += om::IO::Options::FaceTexCoord;
         try {
             ok = om::IO::IOManager().read(file.string(), soup, options);
+        } catch (const std::bad_alloc&) {
+            throw; // the file is not to blame
         } catch (const std::exception&) {
             ok = false;
         }

@@ -90,6 +90,8 @@ private:
             f();
         } catch (const Error&) {
             throw;
+        } catch (const std::bad_alloc&) {
+            throw; // the file is not to blame
         } catch (const std::exception& e) {
             throw fileError(m_path, "", "a complete VDB file",
                             std::string("one that cannot be read (") + e.what() + ")",
