@@ -31,6 +31,25 @@ double pixelWeight(PixelFilter filter, double x)
     return 0;
 }
 
+namespace {
+
+/// Returns place `index` of a random order of 0 ... size - 1 that depends on the key alone: the
+/// swap-or-not shuffle (Hoang, Morris, Rogaway: An Enciphering Scheme Based on a Card Shuffle,
+/// CRYPTO 2012). Each round pairs every place with another one, and swaps half of the pairs.
+std::uint32_t placeInOrder(std::uint32_t index, std::uint32_t size, std::uint64_t key)
+{
+    constexpr std::uint64_t kRounds = 16; // any place or pair is as likely up to 2^-16
+    for (std::uint64_t round = 0; round < kRounds; ++round) {
+        const std::uint64_t random = mix64(key + (round + 1) * 0x9e3779b97f4a7c15ULL);
+        const auto sum = static_cast<std::uint32_t>((random >> 32) * size >> 32);
+        const std::uint32_t partner = sum >= index ? sum - index : sum + size - index;
+        if (mix64(random ^ std::max(index, partner)) & 1) index = partner;
+    }
+    return index;
+}
+
+} // namespace
+
 PixelSampler::PixelSampler(const RenderParams& params)
     : m_samples(params.samples), m_side(int(std::sqrt(double(params.samples)) + 1e-9)),
       m_width(params.width), m_radius(pixelRadius(params))
@@ -63,10 +82,17 @@ double PixelSampler::warp(double u) const
 Vec3d PixelSampler::position(int x, int y, int sample) const
 {
     if (m_samples == 1) return {x + 0.5, y + 0.5, 0};
-    Random random(hashKey(hashKey(0x5eed, std::uint64_t(y) * m_width + x), sample));
+    const std::uint64_t pixel = hashKey(0x5eed, std::uint64_t(y) * m_width + x);
+    const int cells = m_side * m_side;
+    // Each pixel takes the cells in an order of its own, so that the picture is not moved while
+    // some are missing.
+    const int place = sample < cells
+        ? static_cast<int>(placeInOrder(std::uint32_t(sample), std::uint32_t(cells), pixel))
+        : sample;
+    Random random(hashKey(pixel, place));
     double u = random.uniform(), v = random.uniform();
-    if (sample < m_side * m_side) {
-        const int row = sample / m_side, column = sample % m_side;
+    if (place < cells) {
+        const int row = place / m_side, column = place % m_side;
         u = (column + u) / m_side;
         v = (row + v) / m_side;
     }

@@ -19,8 +19,10 @@ public:
 
     /// The place of a sample of pixel (x, y), in pixels from the picture's top left corner; z is 0.
     /// A single sample lies in the pixel's centre. Several form a jittered grid; those for which a
-    /// square grid has no room are random; all are warped by the filter. The place depends on the
-    /// arguments, the number of samples, the filter and the picture's width alone.
+    /// square grid has no room are random; all are warped by the filter. Each pixel takes the cells
+    /// of the grid in a random order, so that the mean of its first samples is not to one side. The
+    /// place depends on the arguments, the number of samples, the filter and the picture's width
+    /// alone.
     Vec3d position(int x, int y, int sample) const;
 
     /// The offset from the pixel's centre, in pixels, below which the part u of the filter's weight

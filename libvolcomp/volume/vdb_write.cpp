@@ -349,6 +349,8 @@ void writeVolume(const fs::path& file, const PackedVolume& volume, const openvdb
             out.setCompression((blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP)
                                | openvdb::io::COMPRESS_ACTIVE_MASK);
             out.writeGrids(grids, meta);
+        } catch (const std::bad_alloc&) {
+            throw; // the disk is not to blame
         } catch (const std::exception& e) {
             throw fileError(file, "", "a file that can be written", e.what(),
                             "Is the disk full, or the directory not yours?");

@@ -93,6 +93,60 @@ TEST(PixelFilter, SamplesAreStratified)
     EXPECT_NE(seven.position(3, 6, 0) - here, Vec3d(0, 1, 0));
 }
 
+// A picture whose samples are not all taken yet is not moved: the mean of the first n samples over
+// many pixels is the pixels' centre. Samples of one pixel repel each other, so that independent
+// ones bound the error.
+TEST(PixelFilter, TheFirstSamplesLieAroundTheCentre)
+{
+    constexpr int kRows = 300;
+    for (const PixelFilter filter : kFilters)
+        for (const int side : {2, 3, 7, 16}) {
+            const PixelSampler sampler(withFilter(filter, side * side + 1, 0.5));
+            for (const int n : {1, 2, side, side * side / 2, side * side, side * side + 1}) {
+                Vec3d sum(0.0);
+                for (int y = 0; y < kRows; ++y)
+                    for (int x = 0; x < 8; ++x)
+                        for (int s = 0; s < n; ++s)
+                            sum += sampler.position(x, y, s) - Vec3d(x + 0.5, y + 0.5, 0);
+                const double bound = 4.5 * std::sqrt(1 / 12.0 / (8.0 * kRows * n));
+                for (int a = 0; a < 2; ++a)
+                    EXPECT_NEAR(sum[a] / (8.0 * kRows * n), 0, bound) << side << " " << n;
+            }
+        }
+}
+
+// Over many pixels, any two samples fall into each pair of different cells equally often: chi
+// square with its mean and five standard deviations.
+TEST(PixelFilter, EveryOrderOfTheCellsIsAsLikely)
+{
+    constexpr int kRows = 4000;
+    for (const int side : {2, 3, 5}) {
+        const int cells = side * side;
+        const PixelSampler sampler(withFilter(PixelFilter::box, cells));
+        for (const auto& [first, second] :
+             {std::pair(0, 1), std::pair(0, cells - 1), std::pair(cells / 2, cells / 2 + 1)}) {
+            std::vector<double> count(std::size_t(cells * cells));
+            for (int y = 0; y < kRows; ++y)
+                for (int x = 0; x < 8; ++x) {
+                    const auto cell = [&](int sample) {
+                        const Vec3d p = sampler.position(x, y, sample);
+                        return int((p[1] - y) * side) * side + int((p[0] - x) * side);
+                    };
+                    ++count[cell(first) * cells + cell(second)];
+                }
+            const double free = cells * (cells - 1.0) - 1, expected = 8.0 * kRows / (free + 1);
+            double square = 0;
+            for (int a = 0; a < cells; ++a)
+                for (int b = 0; b < cells; ++b) {
+                    const double c = count[a * cells + b];
+                    if (a == b) EXPECT_EQ(c, 0);
+                    else square += (c - expected) * (c - expected) / expected;
+                }
+            EXPECT_LT(square, free + 5 * std::sqrt(2 * free)) << side << " " << first;
+        }
+    }
+}
+
 TEST(PixelFilter, SamplesLieAsTheFilterWeighs)
 {
     for (const PixelFilter filter : kFilters)

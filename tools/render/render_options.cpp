@@ -1,25 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/render/render_options.h"
 
-#include <charconv>
-#include <cstdio>
+#include <algorithm>
+#include <vector>
 
 #include "tools/shared/choice.h"
+#include "tools/shared/numbers.h"
 #include "volcomp/base/error.h"
 
 namespace volcomp {
 
+namespace {
+
+/// Reads `count` whole numbers with the character `between` between them. Throws Error "OPTION:
+/// expected EXPECTED, found 'TEXT'" for anything else.
+std::vector<int> wholeNumbers(const std::string& option, const std::string& text, char between,
+                              std::size_t count, const std::string& expected)
+{
+    std::vector<int> numbers;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t end = std::min(text.find(between, at), text.size());
+        numbers.push_back(readWhole(option, text.substr(at, end - at), expected, text));
+        at = end + 1;
+    }
+    if (numbers.size() != count)
+        throw Error(option + ": expected " + expected + ", found '" + text + "'");
+    return numbers;
+}
+
+} // namespace
+
 Pixel readPixel(const std::string& option, const std::string& text)
 {
-    Pixel pixel{};
-    const char* end = text.data() + text.size();
-    const auto x = std::from_chars(text.data(), end, pixel.x);
-    if (x.ec == std::errc() && x.ptr != end && *x.ptr == ',') {
-        const auto y = std::from_chars(x.ptr + 1, end, pixel.y);
-        if (y.ec == std::errc() && y.ptr == end) return pixel;
-    }
-    throw Error(option + ": expected a pixel X,Y as two whole numbers, such as 320,240, found '"
-                + text + "'");
+    const std::vector<int> xy =
+        wholeNumbers(option, text, ',', 2, "a pixel X,Y as two whole numbers, such as 320,240");
+    return {xy[0], xy[1]};
 }
 
 RenderOptions::RenderOptions(CLI::App& app)
@@ -29,16 +44,16 @@ RenderOptions::RenderOptions(CLI::App& app)
     app.add_option("--crop", m_crop, "Render only this rectangle, pixels from the top left corner")
         ->type_name("X,Y,W,H");
     app.add_option("--samples", m_samples, "Samples per pixel" + scenes)
-        ->check(CLI::Range(1, 65536));
+        ->check(wholeNumber(1, 65536));
     addChoice(app, "--pixel-filter", m_pixel_filter,
               "How the samples around a pixel are weighed" + scenes, kPixelFilterWords);
     app.add_option("--pixel-radius", m_pixel_radius, "Radius of that filter, pixels" + scenes)
-        ->check(CLI::Range(0.0, 16.0));
+        ->check(realNumber(0, 16));
     addChoice(app, "--shadows", m_shadows, "Light on its way to a voxel" + scenes, kShadowsWords);
     addChoice(app, "--integration", m_integration, "Closed form, or the paper's sums" + scenes,
               kIntegrationWords);
     app.add_option("--step", m_step, "Step of the sums, voxels" + scenes)
-        ->check(CLI::Range(0.001, 1000.0));
+        ->check(realNumber(0.001, 1000));
     addChoice(app, "--filter", m_filter, "Density between voxel centres" + scenes, kFilterWords);
     addChoice(app, "--extinction", m_extinction, "Whether fibres cover less seen end on" + scenes,
               kExtinctionWords);
@@ -46,7 +61,7 @@ RenderOptions::RenderOptions(CLI::App& app)
            "--cutoff", m_cutoff,
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
                + scenes)
-        ->check(CLI::Range(0.0, 0.99));
+        ->check(realNumber(0, 0.99));
     app.add_flag_function(
         "--lod,!--no-lod", [this](std::int64_t n) { m_lod = n > 0; },
         "Coarser voxels where they are smaller than pixels" + scenes);
@@ -54,18 +69,24 @@ RenderOptions::RenderOptions(CLI::App& app)
 
 void RenderOptions::apply(RenderParams& params) const
 {
-    char rest = 0;
-    if (!m_size.empty()
-        && (std::sscanf(m_size.c_str(), "%dx%d%c", &params.width, &params.height, &rest) != 2
-            || params.width < 1 || params.height < 1))
-        throw Error("--size: expected WIDTHxHEIGHT in pixels, such as 640x480, found '" + m_size
-                    + "'");
-    Crop& c = params.crop;
-    if (!m_crop.empty()
-        && std::sscanf(m_crop.c_str(), "%d,%d,%d,%d%c", &c.x, &c.y, &c.width, &c.height, &rest)
-            != 4)
-        throw Error("--crop: expected X,Y,WIDTH,HEIGHT in pixels, such as 100,50,64,64, found '"
-                    + m_crop + "'");
+    if (!m_size.empty()) {
+        const std::string expected =
+            "WIDTHxHEIGHT in pixels, two whole numbers from 1 on, such as 640x480";
+        const std::vector<int> size = wholeNumbers("--size", m_size, 'x', 2, expected);
+        params.width = size[0];
+        params.height = size[1];
+        if (params.width < 1 || params.height < 1)
+            throw Error("--size: expected " + expected + ", found '" + m_size + "'");
+    }
+    if (!m_crop.empty()) {
+        const std::string expected =
+            "X,Y,WIDTH,HEIGHT in pixels, four whole numbers such as 100,50,64,64";
+        const std::vector<int> crop = wholeNumbers("--crop", m_crop, ',', 4, expected);
+        params.crop = {crop[0], crop[1], crop[2], crop[3]};
+        if (params.crop.width < 1 || params.crop.height < 1)
+            throw Error("--crop: expected a width and a height of at least 1 pixel, found '"
+                        + m_crop + "'");
+    }
     params.samples = m_samples.value_or(params.samples);
     params.pixel_filter = m_pixel_filter.value_or(params.pixel_filter);
     params.pixel_radius = m_pixel_radius.value_or(params.pixel_radius);

@@ -25,7 +25,8 @@ public:
     /// Adds the options; this object must outlive the parsing.
     explicit RenderOptions(CLI::App& app);
 
-    /// Sets what was given on the command line. Throws Error if a size or a crop cannot be read.
+    /// Sets what was given on the command line. Throws Error if a size or a crop cannot be read, or
+    /// has no pixel.
     void apply(RenderParams& params) const;
 
 private:
