@@ -32,8 +32,8 @@ std::vector<ExplainedPart> partsOf(const SeenSegment& seen, const Vec3d& directi
             part.material = tree.parts()[content.part].material;
             part.kind = tree.parts()[content.part].kind;
             part.density = content.density;
-            part.share =
-                content.density * (seen.scene.fibre ? tree.fibreFactor(content, direction) : 1.0);
+            part.share = content.density
+                * (seen.scene.directed ? tree.directionFactor(content, direction) : 1.0);
             part.directed = content.directed;
             part.direction = content.directed ? content.direction : Vec3d(0.0);
             part.spread = content.directed ? spreadOf(content.spread_code) : 1;

@@ -9,7 +9,7 @@ namespace volcomp {
 
 enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
-enum class Extinction { isotropic, fibre };
+enum class Extinction { isotropic, directed };
 enum class Shadows { exact, sweep, none };
 /// How a voxel without direction is shaded (MODEL section 4).
 enum class Undirected { isotropic, gradient };
@@ -19,7 +19,7 @@ constexpr Word<Integration> kIntegrationWords[] = {{"exact", Integration::exact}
                                                    {"riemann", Integration::riemann}};
 constexpr Word<Filter> kFilterWords[] = {{"box", Filter::box}, {"trilinear", Filter::trilinear}};
 constexpr Word<Extinction> kExtinctionWords[] = {{"isotropic", Extinction::isotropic},
-                                                 {"fibre", Extinction::fibre}};
+                                                 {"directed", Extinction::directed}};
 constexpr Word<Shadows> kShadowsWords[] = {
     {"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}};
 constexpr Word<Undirected> kUndirectedWords[] = {{"isotropic", Undirected::isotropic},
@@ -46,7 +46,7 @@ struct RenderParams {
     Integration integration = Integration::exact;
     double step = 1; ///< of riemann integration, voxels
     Filter filter = Filter::box;
-    Extinction extinction = Extinction::fibre;
+    Extinction extinction = Extinction::directed;
     Shadows shadows = Shadows::exact;
     /// Rays end where less than this fraction of light passes; 0 means never. No radiance is off by
     /// more than the cutoff times the brightest that a voxel shows.

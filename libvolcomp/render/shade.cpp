@@ -40,7 +40,7 @@ Lobe makeLobe(const Material& m, double spread)
 {
     const double gamma = std::max(m.gamma, kMinGamma), k = m.kind == MaterialKind::fibre ? 2 : 1;
     const double wide = gamma * gamma + 2 * kLn2 * k * k * spread * spread;
-    return {m.alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n};
+    return {m.alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n, spread * spread};
 }
 
 double fresnel(double c, double n)
@@ -67,7 +67,10 @@ Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const 
 Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L)
 {
     const double tl = t.dot(L), tv = t.dot(V);
-    Reflection result{lobe.alpha * (L - tl * t).length(), 0};
+    // Of tangents around t the mean square cosine to L is (tl^2 (1 - s^2) + s^2) / (1 + 2 s^2).
+    const double sine_square = (L - tl * t).lengthSqr(), s2 = lobe.spread_square;
+    Reflection result{
+        lobe.alpha * std::sqrt((sine_square * (1 - s2) + 2 * s2) / (1 + 2 * s2)), 0};
     Vec3d Q = V + L;
     const double length = Q.length();
     if (lobe.beta == 0 || length < kDegenerate) return result;

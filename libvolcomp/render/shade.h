@@ -22,11 +22,13 @@ struct Lobe {
     double alpha = 0, beta = 0;
     double falloff = 0; ///< ln 2 / gamma^2: D = exp(-falloff phi^2)
     double n = 1;
+    double spread_square = 0;
 };
 
 /// `spread` is that of the directions in a voxel, 0 if all agree (volume.h). It widens the lobe to
 /// gamma'^2 = gamma^2 + 2 ln2 k^2 spread^2, with k = 2 for fibres and 1 for surfaces, and lowers it
-/// by gamma / gamma' (MODEL section 8). A gamma below 0.001 rad counts as 0.001 rad.
+/// by gamma / gamma' (MODEL section 8); the diffuse light of fibres follows it too (section 5). A
+/// gamma below 0.001 rad counts as 0.001 rad.
 Lobe makeLobe(const Material& material, double spread = 0);
 
 /// MODEL section 4. The normal has no preferred side: if N.V < 0, -N is meant.
@@ -36,7 +38,8 @@ Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d
 /// from behind.
 Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L);
 
-/// MODEL section 5. Tangents t and -t give the same.
+/// MODEL section 5. Tangents t and -t give the same. The diffuse light is that of the mean square
+/// sine to the light of tangents with the lobe's spread around t.
 Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L);
 
 /// For a voxel without direction: I = alpha c_b / 4.

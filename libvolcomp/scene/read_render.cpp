@@ -22,9 +22,9 @@ RenderParams readRender(TableReader& r)
     p.step = r.number({"step", "voxels", "of the sums, riemann"}, p.step, {0.001, 1000});
     p.filter =
         r.choice<Filter>({"filter", "", "density between voxel centres"}, p.filter, kFilterWords);
-    p.extinction =
-        r.choice<Extinction>({"extinction", "", "fibre: a fibre covers less seen end on"},
-                             p.extinction, kExtinctionWords);
+    p.extinction = r.choice<Extinction>(
+        {"extinction", "", "directed: a fibre covers less seen end on, a leaf seen from its edge"},
+        p.extinction, kExtinctionWords);
     p.shadows = r.choice<Shadows>(
         {"shadows", "",
          "light on its way to a voxel: rays for each shaded voxel and light; swept once through the volume (a pixel of fur is 2 % off, eleven times faster); or not weakened at all"},

@@ -156,7 +156,7 @@ struct Combination {
         params.filter = take(2) ? Filter::trilinear : Filter::box;
         params.integration = take(2) ? Integration::riemann : Integration::exact;
         params.step = 0.7;
-        params.extinction = take(2) ? Extinction::isotropic : Extinction::fibre;
+        params.extinction = take(2) ? Extinction::isotropic : Extinction::directed;
         params.shadows = std::array{Shadows::none, Shadows::exact, Shadows::sweep}[take(3)];
         params.lod = take(2);
         params.cutoff = take(2) ? 0.05 : 0;

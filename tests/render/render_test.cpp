@@ -426,13 +426,19 @@ TEST(Render, HalfTheLightIsHalfThePicture)
     for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(a.pixel(1, 1)[c], 2 * b.pixel(1, 1)[c]);
 }
 
-// The factor of fibre extinction has the mean 1 over all directions, for every spread. Along a
-// fibre without spread it is 0.
-TEST(VoxelTree, FibreFactorIsOneInTheMean)
+// The factor of directed extinction has the mean 1 over all directions, for every spread. Without
+// spread it is 0 along a fibre, and 2 across a sheet.
+TEST(VoxelTree, TheDirectionFactorIsOneInTheMean)
 {
-    for (float spread : {0.0f, 0.3f, 0.7f}) {
+    for (const auto& [kind, spread] : {std::pair(MaterialKind::fibre, 0.0f),
+                                       {MaterialKind::fibre, 0.3f},
+                                       {MaterialKind::fibre, 0.7f},
+                                       {MaterialKind::surface, 0.0f},
+                                       {MaterialKind::surface, 0.3f},
+                                       {MaterialKind::surface, 0.7f}}) {
         Volume volume;
         volume.parts.push_back(emptyPart());
+        volume.parts[0].kind = kind;
         volume.parts[0].density->tree().setValue({0, 0, 0}, 1);
         volume.parts[0].direction = openvdb::Vec3SGrid::create(Vec3f(0.0f));
         volume.parts[0].direction->tree().setValue({0, 0, 0}, Vec3f(0, 1 - spread, 0));
@@ -440,12 +446,13 @@ TEST(VoxelTree, FibreFactorIsOneInTheMean)
         double mean = 0;
         for (int i = 0; i < 20000; ++i) {
             const double y = (i + 0.5) / 20000;
-            mean += tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(std::sqrt(1 - y * y), y, 0))
+            mean += tree.directionFactor(tree.leafAt(0, 0, 0), 0, Vec3d(std::sqrt(1 - y * y), y, 0))
                 / 20000;
         }
         EXPECT_NEAR(mean, 1, 1e-4) << spread;
         if (spread == 0) {
-            EXPECT_NEAR(tree.fibreFactor(tree.leafAt(0, 0, 0), 0, Vec3d(0, 1, 0)), 0, 1e-6);
+            EXPECT_NEAR(tree.directionFactor(tree.leafAt(0, 0, 0), 0, Vec3d(0, 1, 0)),
+                        kind == MaterialKind::fibre ? 0 : 2, 1e-6);
         }
     }
 }

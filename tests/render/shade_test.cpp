@@ -120,6 +120,32 @@ TEST(Shade, ASidedNormalIsDarkFromBehind)
         EXPECT_EQ(r.diffuse + r.specular, 0);
 }
 
+// MODEL section 5: the diffuse light of a bundle follows the mean square sine. Tangents on a cone
+// of half angle a around t have l1 = cos^2 a and l2 = l3 = sin^2 a / 2, so a spread of tan(a) /
+// sqrt(2).
+TEST(Shade, TheDiffuseLightOfABundleIsThatOfItsMeanSquareSine)
+{
+    Material m;
+    m.alpha = 0.7;
+    m.beta = 0;
+    const Vec3d V = Vec3d(0.3, 0.2, 0.9).unit();
+    for (const double a : {0.0, 0.1, 0.5, 0.9})
+        for (const double angle : {0.0, 0.01, 0.4, 1.0, kPi / 2}) {
+            const Vec3d L(std::cos(angle), std::sin(angle), 0);
+            double square = 0;
+            const int count = 360;
+            for (int k = 0; k < count; ++k) {
+                const double turn = 2 * kPi * k / count;
+                const Vec3d t(std::cos(a), std::sin(a) * std::cos(turn),
+                              std::sin(a) * std::sin(turn));
+                square += (1 - t.dot(L) * t.dot(L)) / count;
+            }
+            const Reflection r =
+                reflectFibre(makeLobe(m, std::tan(a) / std::sqrt(2.0)), Vec3d(1, 0, 0), V, L);
+            EXPECT_NEAR(r.diffuse, 0.7 * std::sqrt(square), 1e-12) << a << ' ' << angle;
+        }
+}
+
 // MODEL section 8: the highlight of a bundle of fibres whose tilt has the variance s^2 is the mean
 // of the fibres' highlights.
 TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)

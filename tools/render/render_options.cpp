@@ -55,7 +55,8 @@ RenderOptions::RenderOptions(CLI::App& app)
     app.add_option("--step", m_step, "Step of the sums, voxels" + scenes)
         ->check(realNumber(0.001, 1000));
     addChoice(app, "--filter", m_filter, "Density between voxel centres" + scenes, kFilterWords);
-    addChoice(app, "--extinction", m_extinction, "Whether fibres cover less seen end on" + scenes,
+    addChoice(app, "--extinction", m_extinction,
+              "Whether fibres seen end on and leaves seen from the edge cover less" + scenes,
               kExtinctionWords);
     app.add_option(
            "--cutoff", m_cutoff,

@@ -17,14 +17,14 @@ HWY_BEFORE_NAMESPACE();
 namespace volcomp::HWY_NAMESPACE {
 namespace {
 
-template <bool kFibre>
+template <bool kDirected>
 void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
                  RaySample& sample, RayScratch& scratch)
 {
     const VoxelTree& tree = scene.tree;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
         const float* density = tree.densities(span.leaf);
-        const bool fibres = kFibre && tree.leaf(span.leaf).directed_fibres;
+        const bool directed = kDirected && tree.leaf(span.leaf).directed;
         const LeafWay way(r, *span.start, FastWalk());
         for (int i = 0; i < way.count; ++i) {
             const int voxel = way.voxels[i];
@@ -33,7 +33,7 @@ void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direct
             const double t = way.times[i], end = std::min(way.times[i + 1], r.t1);
             if (!(end > t)) continue;
             double delta = scene.extinction * rho * (end - t);
-            if (fibres) delta *= tree.fibreFactor(span.leaf, voxel, direction);
+            if (directed) delta *= tree.directionFactor(span.leaf, voxel, direction);
             if (delta == 0) continue;
             const SeenVoxel seen{span.leaf,
                                  voxel,
@@ -54,22 +54,22 @@ void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direct
 HWY_FLATTEN double depth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
 {
     return scene.extinction
-        * (scene.fibre ? lineIntegral<true, FastWalk>(scene.tree, r, direction, scene.stop)
-                       : lineIntegral<false, FastWalk>(scene.tree, r, direction, scene.stop));
+        * (scene.directed ? lineIntegral<true, FastWalk>(scene.tree, r, direction, scene.stop)
+                          : lineIntegral<false, FastWalk>(scene.tree, r, direction, scene.stop));
 }
 
 HWY_FLATTEN double shortDepth(const MarchScene& scene, const MarchRay& r, const int* cell,
                               const Vec3d& direction)
 {
     return scene.extinction
-        * (scene.fibre ? shortIntegral<true, FastWalk>(scene.tree, r, cell, direction)
-                       : shortIntegral<false, FastWalk>(scene.tree, r, cell, direction));
+        * (scene.directed ? shortIntegral<true, FastWalk>(scene.tree, r, cell, direction)
+                          : shortIntegral<false, FastWalk>(scene.tree, r, cell, direction));
 }
 
 HWY_FLATTEN void trace(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
                        RaySample& sample, RayScratch& scratch)
 {
-    if (scene.fibre) traceVoxels<true>(scene, r, direction, sample, scratch);
+    if (scene.directed) traceVoxels<true>(scene, r, direction, sample, scratch);
     else traceVoxels<false>(scene, r, direction, sample, scratch);
 }
 

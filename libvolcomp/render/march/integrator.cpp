@@ -55,13 +55,13 @@ void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double 
         double greatest = 0;
         forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
             if (!(density[voxel] > 0)) return;
-            const double delta = m_scene.extinction * double(density[voxel]) * (end - t);
+            double delta = m_scene.extinction * double(density[voxel]) * (end - t);
+            if (m_scene.directed) delta *= tree.directionFactor(span.leaf, voxel, direction);
             greatest = std::max(greatest, std::exp(-depth) * -std::expm1(-delta));
             depth += delta;
         });
         seen[span.leaf] = std::max(seen[span.leaf], float(greatest));
-        // Fibres may cover less than their density says.
-        return depth < (m_scene.fibre ? 1.5 : 1.0) * darkest();
+        return depth < darkest();
     });
 }
 

@@ -242,21 +242,21 @@ struct LeafWay {
 /// Returns the density's integral over the ray's way through one leaf, in density x voxels. `clip`
 /// says that the ray may end in the leaf; `d_world` is as in lineIntegral(). `Walk` steps through
 /// the voxels: PlainWalk or a FastWalk.
-template <bool kFibre, class Walk = PlainWalk>
+template <bool kDirected, class Walk = PlainWalk>
 double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start,
                     double t_end, bool clip, const Vec3d& d_world)
 {
     const float* density = tree.densities(leaf);
-    const bool fibres = kFibre && tree.leaf(leaf).directed_fibres;
+    const bool directed = kDirected && tree.leaf(leaf).directed;
     double part = 0;
     if (tree.leaf(leaf).uniform) {
         part = double(density[0]) * (t_end - start.t);
-        if (fibres) part *= tree.fibreFactor(leaf, 0, d_world);
-    } else if (fibres)
+        if (directed) part *= tree.directionFactor(leaf, 0, d_world);
+    } else if (directed)
         Walk::forEachVoxel(r, start, [&](int voxel, double t, double end) {
             if (density[voxel] > 0)
                 part += double(density[voxel]) * std::max(0.0, std::min(end, r.t1) - t)
-                    * tree.fibreFactor(leaf, voxel, d_world);
+                    * tree.directionFactor(leaf, voxel, d_world);
         });
     else if (clip)
         Walk::forEachVoxel(r, start, [&](int voxel, double t, double end) {
@@ -270,15 +270,15 @@ double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const Ce
 }
 
 /// Returns the density's integral along the ray, with the box filter, in density x voxels. With
-/// kFibre densities are multiplied by VoxelTree::fibreFactor() for `d_world`, the ray's direction
-/// in world axes. As soon as the integral exceeds `stop`, returns what it has.
-template <bool kFibre, class Walk = PlainWalk>
+/// kDirected densities are multiplied by VoxelTree::directionFactor() for `d_world`, the ray's
+/// direction in world axes. As soon as the integral exceeds `stop`, returns what it has.
+template <bool kDirected, class Walk = PlainWalk>
 double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_world, double stop)
 {
     double sum = 0;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
-        sum += leafIntegral<kFibre, Walk>(tree, r, span.leaf, *span.start, span.t_end,
-                                          span.t_end >= r.t1, d_world);
+        sum += leafIntegral<kDirected, Walk>(tree, r, span.leaf, *span.start, span.t_end,
+                                             span.t_end >= r.t1, d_world);
         return sum < stop;
     });
     return sum;
@@ -286,7 +286,7 @@ double lineIntegral(const VoxelTree& tree, const MarchRay& r, const Vec3d& d_wor
 
 /// Returns the same, to the ray's end, for a ray that MarchRay::from() made, begins in voxel `cell`
 /// or on its faces, and crosses a few leaves at most.
-template <bool kFibre, class Walk = PlainWalk>
+template <bool kDirected, class Walk = PlainWalk>
 double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell,
                      const Vec3d& d_world)
 {
@@ -299,7 +299,7 @@ double shortIntegral(const VoxelTree& tree, const MarchRay& r, const int* cell,
         const int leaf = tree.leafAt(leaves.cell[0], leaves.cell[1], leaves.cell[2]);
         if (leaf == VoxelTree::kEmpty) continue;
         voxels.startInside(r, leaves);
-        sum += leafIntegral<kFibre, Walk>(tree, r, leaf, voxels, end, true, d_world);
+        sum += leafIntegral<kDirected, Walk>(tree, r, leaf, voxels, end, true, d_world);
     }
     return sum;
 }

@@ -12,7 +12,7 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
                        const std::vector<Light>& the_lights, const RenderParams& the_params)
     : tree(the_tree), params(the_params), materials(std::move(part_materials)), lights(the_lights),
       grid_lights(the_lights),
-      fibre(params.extinction == Extinction::fibre && tree.hasDirectedFibres()),
+      directed(params.extinction == Extinction::directed && tree.isDirected()),
       extinction(params.tau * tree.voxelSize()),
       stop(params.cutoff > 0 && extinction > 0 ? -std::log(params.cutoff) / extinction : kInfinity)
 {

@@ -42,7 +42,7 @@ struct MarchScene {
                                       ///< the grid's axes
     std::vector<MarchRay> light_rays; ///< for each light: a ray against the light's direction, for
                                       ///< MarchRay::from(); of use for directional lights only
-    bool fibre;                       ///< extinction depends on the ray's direction somewhere
+    bool directed;                    ///< extinction depends on the ray's direction somewhere
     bool transmits_only; ///< nothing shines and no other output is wanted: rays need to bring only
                          ///< their transmittance
     double extinction;   ///< optical depth of density 1 over one voxel

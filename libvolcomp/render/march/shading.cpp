@@ -78,7 +78,7 @@ void shadeVoxel(const MarchScene& scene, const SeenVoxel& seen, const Vec3d& p, 
     if (shading.keep_voxels) shading.voxels.push_back(seen);
     const VoxelTree& tree = scene.tree;
     const auto factor = [&](const VoxelContent& content) {
-        return scene.fibre ? tree.fibreFactor(content, V) : 1.0;
+        return scene.directed ? tree.directionFactor(content, V) : 1.0;
     };
     double total = 0;
     tree.contents(seen.leaf, seen.voxel,

@@ -55,7 +55,7 @@ double effectiveDensity(const MarchScene& scene, const int* v, const Vec3d& dire
     if (leaf == VoxelTree::kEmpty) return 0;
     const int voxel = VoxelTree::offset(v[0], v[1], v[2]);
     const double rho = tree.densities(leaf)[voxel];
-    return scene.fibre && rho > 0 ? rho * tree.fibreFactor(leaf, voxel, direction) : rho;
+    return scene.directed && rho > 0 ? rho * tree.directionFactor(leaf, voxel, direction) : rho;
 }
 
 // Sum (3).

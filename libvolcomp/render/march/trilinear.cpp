@@ -139,11 +139,11 @@ bool cornerDensities(const float* gathered, int cell, float* corners)
 double effectiveDensity(const MarchScene& scene, const DualTree::Corner& c, float rho,
                         const Vec3d& d)
 {
-    return scene.fibre && rho > 0 ? rho * scene.tree.fibreFactor(c.leaf, c.voxel, d) : rho;
+    return scene.directed && rho > 0 ? rho * scene.tree.directionFactor(c.leaf, c.voxel, d) : rho;
 }
 
-// The line integral with the extinction of fibres, whose factor differs from corner to corner.
-double fibreIntegral(const MarchScene& scene, const MarchRay& r, const Vec3d& d)
+// The line integral with directed extinction, whose factor differs from corner to corner.
+double directedIntegral(const MarchScene& scene, const MarchRay& r, const Vec3d& d)
 {
     const DualTree& dual = *scene.dual;
     DualTree::Gathered& gathered = dual.gathered();
@@ -205,8 +205,8 @@ void addCell(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
 HWY_FLATTEN double depth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
 {
     return scene.extinction
-        * (scene.fibre ? fibreIntegral(scene, r, direction)
-                       : lineIntegralFast(*scene.dual, r, scene.stop));
+        * (scene.directed ? directedIntegral(scene, r, direction)
+                          : lineIntegralFast(*scene.dual, r, scene.stop));
 }
 
 HWY_FLATTEN void trace(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,

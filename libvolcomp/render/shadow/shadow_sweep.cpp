@@ -25,9 +25,9 @@ void ShadowSweep::Rectangle::add(const Rectangle& r)
 
 ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
                          const std::vector<float>& seen, double extinction, double darkest,
-                         bool fibre)
+                         bool directed)
     : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)),
-      m_fibre(fibre && tree.hasDirectedFibres())
+      m_directed(directed && tree.isDirected())
 {
     struct Job {
         std::size_t light;

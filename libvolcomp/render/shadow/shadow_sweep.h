@@ -42,11 +42,11 @@ public:
 
     /// `seen` holds for each leaf the greatest weight that one of its voxels has in its pixel, 0 if
     /// the leaf asks for no light. `extinction` is the optical depth of density 1 over one voxel.
-    /// No light is taken to arrive behind an optical depth of `darkest`. If `fibre`, densities are
-    /// multiplied by VoxelTree::fibreFactor(). The tree must outlive this; lights and `seen` need
-    /// not.
+    /// No light is taken to arrive behind an optical depth of `darkest`. If `directed`, densities
+    /// are multiplied by VoxelTree::directionFactor(). The tree must outlive this; lights and
+    /// `seen` need not.
     ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
-                const std::vector<float>& seen, double extinction, double darkest, bool fibre);
+                const std::vector<float>& seen, double extinction, double darkest, bool directed);
 
     /// A light's transmittance that was looked up without marching.
     struct CoarseTransmittance {
@@ -133,7 +133,7 @@ private:
 
     const VoxelTree& m_tree;
     double m_extinction, m_darkest;
-    bool m_fibre;
+    bool m_directed;
     std::vector<Field> m_fields;
     /// By light, the number of its field or -1. A directional light has only the first; a point
     /// light's are counted by 2 x axis + (1 if the light goes towards +).

@@ -28,7 +28,7 @@ bool ShadowSweep::Sweeper::run()
     markNeeded();
     if (m_all.empty()) return false;
     m_bundles.resize(m_all.size());
-    if (m_sweep.m_fibre) m_effective_of.assign(m_tree.leafCount(), -1);
+    if (m_sweep.m_directed) m_effective_of.assign(m_tree.leafCount(), -1);
     for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {
         keep(layer);
         if (layer < int(m_cells.size())) push(layer);

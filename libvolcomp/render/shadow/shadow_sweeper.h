@@ -71,7 +71,7 @@ private:
     void write(const Patch& patch);
 
     void push(int layer);
-    std::vector<BundleAt> bundlesToPush(int layer, std::vector<Cell>& fibre_cells);
+    std::vector<BundleAt> bundlesToPush(int layer, std::vector<Cell>& directed_cells);
     void makeEffective(const Cell& cell, int layer, float* to) const;
     RayBundle raysAt(const BundleAt& at, double s) const;
     LeafRange leavesUnder(const BundleAt& at, double s, double end) const;
@@ -89,8 +89,8 @@ private:
     std::vector<int> m_last;                ///< by bundle: the last plane that asks for it
     std::vector<float> m_weights; ///< by patch: the greatest `seen` of the leaves behind it
     std::vector<Bundle> m_bundles;
-    /// Densities of the layer's leaves under fibre extinction: by leaf the number of its 512 floats
-    /// in m_effective, or -1.
+    /// Densities of the layer's leaves under directed extinction: by leaf the number of its 512
+    /// floats in m_effective, or -1.
     std::vector<int> m_effective_of;
     std::vector<float> m_effective;
     tbb::enumerable_thread_specific<StripBuffer> m_strips{

@@ -23,28 +23,28 @@ void ShadowSweep::Sweeper::push(int layer)
         if (end <= m_lattice.s0) return;
         s = std::max(s, m_lattice.s0);
     }
-    std::vector<Cell> fibre_cells;
-    const std::vector<BundleAt> bundles = bundlesToPush(layer, fibre_cells);
-    if (m_effective.size() < fibre_cells.size() * kLeafVoxels)
-        m_effective.resize(fibre_cells.size() * kLeafVoxels);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, fibre_cells.size(), 16),
-                      [&](const auto& range) {
-                          for (std::size_t i = range.begin(); i < range.end(); ++i)
-                              makeEffective(fibre_cells[i], layer, &m_effective[i * kLeafVoxels]);
-                      });
+    std::vector<Cell> directed_cells;
+    const std::vector<BundleAt> bundles = bundlesToPush(layer, directed_cells);
+    if (m_effective.size() < directed_cells.size() * kLeafVoxels)
+        m_effective.resize(directed_cells.size() * kLeafVoxels);
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, directed_cells.size(), 16), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                makeEffective(directed_cells[i], layer, &m_effective[i * kLeafVoxels]);
+        });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bundles.size(), 8),
                       [&](const auto& range) {
                           for (std::size_t i = range.begin(); i < range.end(); ++i)
                               pushBundle(bundles[i], layer, s, end);
                       });
-    for (const Cell& cell : fibre_cells) m_effective_of[cell.leaf] = -1;
+    for (const Cell& cell : directed_cells) m_effective_of[cell.leaf] = -1;
 }
 
 // The bundles that cross a leaf of the layer, are not dark and are still asked for behind it.
 // Numbers the leaves under them whose extinction depends on the direction, and adds them to
-// `fibre_cells`.
+// `directed_cells`.
 std::vector<ShadowSweep::Sweeper::BundleAt>
-ShadowSweep::Sweeper::bundlesToPush(int layer, std::vector<Cell>& fibre_cells)
+ShadowSweep::Sweeper::bundlesToPush(int layer, std::vector<Cell>& directed_cells)
 {
     std::vector<BundleAt> bundles;
     for (const Cell& cell : m_cells[layer]) {
@@ -61,10 +61,10 @@ ShadowSweep::Sweeper::bundlesToPush(int layer, std::vector<Cell>& fibre_cells)
                 bundle.pushed_layer = layer;
                 bundles.push_back({b, c});
             }
-        if (lit && m_sweep.m_fibre && m_tree.leaf(cell.leaf).directed_fibres
+        if (lit && m_sweep.m_directed && m_tree.leaf(cell.leaf).directed
             && m_effective_of[cell.leaf] < 0) {
-            m_effective_of[cell.leaf] = int(fibre_cells.size());
-            fibre_cells.push_back(cell);
+            m_effective_of[cell.leaf] = int(directed_cells.size());
+            directed_cells.push_back(cell);
         }
     }
     return bundles;
@@ -84,7 +84,8 @@ void ShadowSweep::Sweeper::makeEffective(const Cell& cell, int layer, float* to)
         to_light = m_tree.directionToWorld(length > 0 ? to_light / length : Vec3d(1, 0, 0));
     }
     for (int n = 0; n < kLeafVoxels; ++n)
-        to[n] = density[n] > 0 ? float(density[n] * m_tree.fibreFactor(cell.leaf, n, to_light)) : 0;
+        to[n] =
+            density[n] > 0 ? float(density[n] * m_tree.directionFactor(cell.leaf, n, to_light)) : 0;
 }
 
 // The rays of a bundle, where they cross the plane at s, in corner coordinates.
@@ -188,7 +189,7 @@ bool ShadowSweep::Sweeper::fill(int layer, const LeafRange& range, float* strip)
         for (int j = 0; j < range.count[1]; ++j) {
             const int leaf = leaves[i][j];
             const float* from = leaf == VoxelTree::kEmpty ? nullptr : m_tree.densities(leaf);
-            if (from && m_sweep.m_fibre && m_effective_of[leaf] >= 0)
+            if (from && m_sweep.m_directed && m_effective_of[leaf] >= 0)
                 from = &m_effective[std::size_t(m_effective_of[leaf]) * kLeafVoxels];
             copyLeaf(from, a, row_stride, slice_stride,
                      strip + i * kLeafDim * row_stride + j * kLeafDim);

@@ -39,7 +39,7 @@ void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop
     const Integrator& integrator = *level.integrator;
     level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(),
                                                       integrator.darkest(),
-                                                      m_params.extinction == Extinction::fibre);
+                                                      m_params.extinction == Extinction::directed);
     level.integrator->useSweep(*level.sweep);
 }
 

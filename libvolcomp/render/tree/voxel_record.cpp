@@ -50,20 +50,27 @@ VoxelContent VoxelRecord::content(float density, float colour_scale) const
     return content;
 }
 
-FibreFactors::FibreFactors()
+DirectionFactors::DirectionFactors()
 {
-    // The mean square of the cosine c between a ray and fibres of spread s about a mean tangent
-    // (cosine m) is (m^2 (1-s^2) + s^2) / (1+2s^2). The mean sine is taken as the root of the mean
-    // square sine, scaled so that its mean over all rays is pi / 4 for every s.
+    // The mean square of the cosine c between a ray and directions of spread s about a mean one
+    // (cosine m) is (m^2 (1-s^2) + s^2) / (1+2s^2). A fibre covers its sine, a sheet its cosine.
+    // The mean of either is taken as the root of the mean square, and scaled so that its mean over
+    // all rays is 1 for every s.
     for (int code = 0; code < kSpreadCodes; ++code) {
-        const double s2 = spreadOf(code) * spreadOf(code), a = (1 + s2) / (1 + 2 * s2),
-                     b = (1 - s2) / (1 + 2 * s2);
-        // The integral of sqrt(a - b m^2) over m from 0 to 1.
-        const double mean = b > 1e-9 ? 0.5
-                * (std::sqrt(a - b) + a / std::sqrt(b) * std::asin(std::sqrt(std::min(1.0, b / a))))
-                                     : std::sqrt(a);
-        m_a[code] = a / (mean * mean);
-        m_b[code] = b / (mean * mean);
+        const double s2 = spreadOf(code) * spreadOf(code), d = 1 + 2 * s2, b = (1 - s2) / d;
+        const double fibre = (1 + s2) / d, sheet = s2 / d;
+        // The integrals of sqrt(fibre - b m^2) and sqrt(sheet + b m^2) over m from 0 to 1.
+        const double root = std::sqrt(b);
+        const double fibre_mean = b > 1e-9 ? 0.5
+                * (std::sqrt(fibre - b)
+                   + fibre / root * std::asin(std::sqrt(std::min(1.0, b / fibre))))
+                                           : std::sqrt(fibre);
+        const double sheet_mean = b > 1e-9 ? 0.5
+                * (std::sqrt(sheet + b)
+                   + (sheet > 0 ? sheet / root * std::asinh(root / std::sqrt(sheet)) : 0))
+                                           : std::sqrt(sheet);
+        m_lines[0][code] = {fibre / (fibre_mean * fibre_mean), -b / (fibre_mean * fibre_mean)};
+        m_lines[1][code] = {sheet / (sheet_mean * sheet_mean), b / (sheet_mean * sheet_mean)};
     }
 }
 

@@ -17,6 +17,7 @@
 #include <cstdint>
 
 #include "volcomp/base/vec.h"
+#include "volcomp/volume/material.h"
 
 namespace volcomp {
 
@@ -76,18 +77,23 @@ private:
 };
 static_assert(sizeof(VoxelRecord) == 8);
 
-/// How much light fibres of a spread stop, over what they would stop if they had every direction
-/// (MODEL section 8): sqrt(a - b c^2) of their mean tangent's cosine c with the ray.
-class FibreFactors {
+/// How much light the fibres or sheets of a voxel stop, over what they would stop if they had every
+/// direction (MODEL sections 3 and 8): sqrt(a + b c^2), where c is the cosine of the ray with their
+/// mean tangent or normal. The mean over all rays is 1 for every spread.
+class DirectionFactors {
 public:
-    FibreFactors();
-    double at(int spread_code, double cosine) const
+    DirectionFactors();
+    double at(MaterialKind kind, int spread_code, double cosine) const
     {
-        return std::sqrt(std::max(0.0, m_a[spread_code] - m_b[spread_code] * cosine * cosine));
+        const Line& l = m_lines[kind == MaterialKind::fibre ? 0 : 1][spread_code];
+        return std::sqrt(std::max(0.0, l.a + l.b * cosine * cosine));
     }
 
 private:
-    std::array<double, 64> m_a{}, m_b{};
+    struct Line {
+        double a = 0, b = 0;
+    };
+    std::array<std::array<Line, 64>, 2> m_lines{}; ///< by kind and spread code
 };
 
 } // namespace volcomp

@@ -42,7 +42,7 @@ void VoxelTree::finish(const std::vector<std::uint64_t>& uses)
         const Leaf& l = m_leaves[i];
         m_voxel_count +=
             uses[i] * (l.uniform ? kLeafSize : l.before[7] + __builtin_popcountll(l.mask[7]));
-        m_directed_fibres |= l.directed_fibres;
+        m_directed |= l.directed;
     }
     for (const float density : m_density) m_max_density = std::max(m_max_density, density);
 }
@@ -56,10 +56,11 @@ std::size_t VoxelTree::memoryBytes() const
         + m_shared.size() * sizeof(Shared) + m_scatter_ratio.size() * sizeof(ScatterRatio);
 }
 
-double VoxelTree::fibreFactor(const VoxelContent& content, const Vec3d& d) const
+double VoxelTree::directionFactor(const VoxelContent& content, const Vec3d& d) const
 {
-    if (!content.directed || !m_is_fibre[content.part]) return 1;
-    return m_fibre_factors.at(content.spread_code, content.direction.dot(d));
+    if (!content.directed) return 1;
+    return m_direction_factors.at(m_parts[content.part].kind, content.spread_code,
+                                  content.direction.dot(d));
 }
 
 double VoxelTree::sharedFactor(const VoxelRecord& record, const Vec3d& d) const

@@ -35,7 +35,7 @@ public:
         std::uint32_t first = 0;               ///< record of the first voxel
         float colour_scale = 1;                ///< brightest component of its colours
         bool uniform = false;                  ///< all voxels have the first record
-        bool directed_fibres = false; ///< some voxel's extinction depends on the ray's direction
+        bool directed = false; ///< some voxel's extinction depends on the ray's direction
     };
 
     /// Takes all blocks of a source, on all threads; the result does not depend on their number.
@@ -75,7 +75,7 @@ public:
     /// Voxels from lowest to highest, inclusive; whole leaves.
     const openvdb::CoordBBox& bounds() const { return m_bounds; }
     const Vec3d& origin() const { return m_origin; } ///< world position of corner coordinates 0
-    bool hasDirectedFibres() const { return m_directed_fibres; }
+    bool isDirected() const { return m_directed; }
     float maxDensity() const { return m_max_density; } ///< of all parts together
 
     /// Corner coordinates: voxel (i,j,k) is the cube [i,i+1) x [j,j+1) x [k,k+1), one unit a voxel,
@@ -139,18 +139,18 @@ public:
         }
     }
 
-    /// What multiplies a voxel's density along a ray of unit direction `d_world` under fibre
+    /// What multiplies a voxel's density along a ray of unit direction `d_world` under directed
     /// extinction: the density-weighted mean over its parts of (4/pi) times the mean sine between
-    /// ray and fibres, 1 for surfaces and voxels without direction. The voxel must have density >
-    /// 0.
-    double fibreFactor(int leaf, int voxel, const Vec3d& d_world) const
+    /// ray and fibres, 2 times the mean cosine between ray and normals, and 1 for particles without
+    /// direction. The voxel must have density > 0.
+    double directionFactor(int leaf, int voxel, const Vec3d& d_world) const
     {
         const VoxelRecord record = m_records[recordIndex(m_leaves[leaf], voxel)];
         if (!record.isList()) return recordFactor(record, record.part(), d_world);
         return sharedFactor(record, d_world);
     }
     /// The same for one part's particles.
-    double fibreFactor(const VoxelContent& content, const Vec3d& d_world) const;
+    double directionFactor(const VoxelContent& content, const Vec3d& d_world) const;
 
     /// The scatter ratio of a voxel of density > 0; 1 in a tree that was not made by coarser().
     ScatterRatio scatterRatio(int leaf, int voxel) const
@@ -180,16 +180,13 @@ private:
     };
     void setTransform(const openvdb::math::Transform& transform);
     static void countBefore(Leaf& leaf);
-    bool isDirectedFibre(const VoxelRecord& record, int part) const
-    {
-        return m_is_fibre[part] && record.directed();
-    }
     // Sums over all leaves; `uses` is how many places have the leaf.
     void finish(const std::vector<std::uint64_t>& uses);
     double recordFactor(const VoxelRecord& record, int part, const Vec3d& d) const
     {
-        if (!record.directed() || !m_is_fibre[part]) return 1;
-        return m_fibre_factors.at(record.spreadCode(), record.direction().dot(d));
+        if (!record.directed()) return 1;
+        return m_direction_factors.at(m_parts[part].kind, record.spreadCode(),
+                                      record.direction().dot(d));
     }
     double sharedFactor(const VoxelRecord& record, const Vec3d& d) const;
 
@@ -205,11 +202,10 @@ private:
     std::vector<ScatterRatio> m_scatter_ratio; ///< by record; of coarser trees
     std::vector<Part> m_parts;
     std::vector<std::string> m_warnings;
-    std::vector<char> m_is_fibre; ///< by part
-    FibreFactors m_fibre_factors;
+    DirectionFactors m_direction_factors;
     std::uint64_t m_voxel_count = 0;
     float m_max_density = 0;
-    bool m_directed_fibres = false;
+    bool m_directed = false;
 };
 
 } // namespace volcomp

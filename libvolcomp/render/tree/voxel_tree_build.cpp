@@ -118,7 +118,6 @@ public:
     {
         for (const PartInfo& part : m_source.parts()) {
             m_tree.m_parts.push_back({part.material, part.kind});
-            m_tree.m_is_fibre.push_back(part.kind == MaterialKind::fibre);
         }
         m_tree.m_warnings = m_source.warnings();
         m_tree.setTransform(m_source.transform());
@@ -343,7 +342,7 @@ private:
                 const VoxelRecord record(PartVoxels::at(part.direction, k, Vec3f(0.0f)),
                                          PartVoxels::at(part.colour, k, Vec3f(1.0f)),
                                          l.colour_scale, int(p));
-                l.directed_fibres |= m_tree.isDirectedFibre(record, int(p));
+                l.directed |= record.directed();
                 const std::uint32_t at = m_tree.recordIndex(l, n);
                 if (needsList(count[n]))
                     m_tree.m_shared[cursor[n]++] = {record, PartVoxels::at(part.density, k, 0.0f),

@@ -73,7 +73,6 @@ public:
         m_tree.m_origin = m_fine.m_origin;
         m_tree.m_rotation = m_fine.m_rotation;
         m_tree.m_parts = m_fine.m_parts;
-        m_tree.m_is_fibre = m_fine.m_is_fibre;
         addPlaces();
         m_tree.m_leaves.resize(m_leaves.size());
         m_tree.m_density.resize(m_leaves.size() * kLeafSize);
@@ -256,7 +255,7 @@ private:
             for (std::size_t i = first; i < end; ++i) {
                 const Entry& e = entries[i];
                 const VoxelRecord record(e.direction, e.colour, leaf.colour_scale, e.part);
-                leaf.directed_fibres |= m_tree.isDirectedFibre(record, e.part);
+                leaf.directed |= record.directed();
                 if (list) to.shared.push_back({record, e.density, e.part});
                 else to.records.push_back(record);
             }

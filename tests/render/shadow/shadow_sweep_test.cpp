@@ -115,19 +115,19 @@ TEST(ShadowSweep, KeepsTheTransmittanceOfExactRays)
     std::vector<Light> lights = lightsOfEveryKind();
     lights.pop_back(); // a spot has a point's rays, but its cone decides how far apart they are
     for (const double dense : {0.2, 0.7})
-        for (const bool fibre : {false, true}) {
+        for (const bool directed : {false, true}) {
             const VoxelTree tree(fibres(noise(40, 0.3, dense)));
             for (const Light& light : lights) {
                 const ShadowSweep sweep(tree, {light}, std::vector<float>(tree.leafCount(), 1), 1,
-                                        12, fibre);
+                                        12, directed);
                 Random random(3);
                 int fine_known = 0, rough_known = 0;
                 for (int i = 0; i < 150; ++i) {
                     const Query q(tree, light, random);
-                    const SweptRays rays(tree, light, q.L, fibre);
+                    const SweptRays rays(tree, light, q.L, directed);
                     const double s = rays.planeBefore(q.cell), expected_way = rays.way(q.p, s);
                     const auto name = ::testing::Message()
-                        << light.direction << light.position << " at " << q.p << dense << fibre;
+                        << light.direction << light.position << " at " << q.p << dense << directed;
                     if (const auto path = sweep.pathToLight(0, q.cell, q.p, q.L, q.distance)) {
                         const bool near = !rays.startsBefore(s) || expected_way >= q.distance;
                         ASSERT_NEAR(path->march, near ? q.distance : expected_way, 1e-9) << name;
@@ -321,7 +321,7 @@ TEST(ShadowSweep, TheWayToThePlaneIsExact)
     const VoxelTree tree(fibres(noise(40, 0.3, 0.2)));
     std::vector<Light> lights = lightsOfEveryKind();
     for (const Filter filter : {Filter::box, Filter::trilinear})
-        for (const Extinction extinction : {Extinction::isotropic, Extinction::fibre}) {
+        for (const Extinction extinction : {Extinction::isotropic, Extinction::directed}) {
             RenderParams params;
             params.filter = filter;
             params.extinction = extinction;
@@ -329,7 +329,7 @@ TEST(ShadowSweep, TheWayToThePlaneIsExact)
             const Integrator plain(tree, {Material()}, {}, params);
             Integrator swept(tree, {Material()}, lights, params);
             const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1), 1, 12,
-                                    extinction == Extinction::fibre);
+                                    extinction == Extinction::directed);
             swept.useSweep(sweep);
             RayCounts counts;
             Integrator::Scratch scratch;
@@ -454,7 +454,7 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
         Extinction extinction;
     };
     for (const Case& c : {Case{Filter::box, Integration::exact, Extinction::isotropic},
-                          Case{Filter::box, Integration::exact, Extinction::fibre},
+                          Case{Filter::box, Integration::exact, Extinction::directed},
                           Case{Filter::trilinear, Integration::exact, Extinction::isotropic},
                           Case{Filter::box, Integration::riemann, Extinction::isotropic}}) {
         RenderParams params;
@@ -466,7 +466,7 @@ TEST(ShadowSweep, PicturesAgreeWithThoseByRays)
         Integrator swept(tree, {Material()}, lights, params);
         const ShadowSweep sweep(tree, lights, std::vector<float>(tree.leafCount(), 1),
                                 swept.extinction(), swept.darkest(),
-                                c.extinction == Extinction::fibre);
+                                c.extinction == Extinction::directed);
         swept.useSweep(sweep);
         Integrator::Scratch a, b;
         double square = 0, bias = 0, expected_square = 0, darker = 0, brighter = 0;

@@ -18,9 +18,9 @@ namespace volcomp {
 class SweptRays {
 public:
     /// The rays of a directional light, or of the pyramid of a point light that holds the direction
-    /// L to it. If `fibre`, densities count as under fibre extinction.
-    SweptRays(const VoxelTree& tree, const Light& light, const Vec3d& L, bool fibre)
-        : m_tree(tree), m_fibre(fibre), m_fans(light.kind != LightKind::directional), m_L(L),
+    /// L to it. If `directed`, densities count as under fibre extinction.
+    SweptRays(const VoxelTree& tree, const Light& light, const Vec3d& L, bool directed)
+        : m_tree(tree), m_directed(directed), m_fans(light.kind != LightKind::directional), m_L(L),
           m_light(tree.toCorner(light.position))
     {
         for (int axis = 1; axis < 3; ++axis)
@@ -85,7 +85,7 @@ private:
         forEachLeaf(m_tree, r, [&](const LeafSpan& span) {
             const Vec3d middle(span.cell[0] + 4, span.cell[1] + 4, span.cell[2] + 4),
                 seen = m_fans ? (m_light - middle).unit() : L;
-            sum += m_fibre
+            sum += m_directed
                 ? leafIntegral<true>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen)
                 : leafIntegral<false>(m_tree, r, span.leaf, *span.start, span.t_end, true, seen);
             return true;
@@ -94,7 +94,7 @@ private:
     }
 
     const VoxelTree& m_tree;
-    const bool m_fibre, m_fans;
+    const bool m_directed, m_fans;
     const Vec3d m_L, m_light;
     int m_a = 0, m_b = 1, m_c = 2, m_sign = 1;
     double m_s0 = 0, m_widening = 0;

@@ -54,20 +54,27 @@ TEST(VoxelRecord, ListsOfAnySize)
     EXPECT_EQ(record.listCount(), 65535u);
 }
 
-// Fibres in all directions stop as much light whatever their spread about a mean is: the mean of
-// the factor over all rays is 1 for every code. Fibres that agree follow the sine, scaled by 4/pi.
-TEST(FibreFactors, HaveMeanOne)
+// Particles in all directions stop as much light whatever their spread about a mean is: the mean of
+// the factor over all rays is 1 for every code. Fibres that agree follow the sine, scaled by 4/pi,
+// and sheets the cosine, scaled by 2.
+TEST(DirectionFactors, HaveMeanOne)
 {
-    const FibreFactors factors;
-    for (int code = 0; code < kSpreadCodes; ++code) {
-        constexpr int kSteps = 100000;
-        double mean = 0; // cosines of random rays are uniform
-        for (int i = 0; i < kSteps; ++i) mean += factors.at(code, (i + 0.5) / kSteps) / kSteps;
-        EXPECT_NEAR(mean, 1, 1e-6) << code;
+    const DirectionFactors factors;
+    for (const MaterialKind kind : {MaterialKind::fibre, MaterialKind::surface}) {
+        for (int code = 0; code < kSpreadCodes; ++code) {
+            constexpr int kSteps = 100000;
+            double mean = 0; // cosines of random rays are uniform
+            for (int i = 0; i < kSteps; ++i)
+                mean += factors.at(kind, code, (i + 0.5) / kSteps) / kSteps;
+            EXPECT_NEAR(mean, 1, 1e-6) << code;
+        }
+        EXPECT_NEAR(factors.at(kind, kSpreadCodes - 1, 0.3), 1, 1e-12); // no mean direction
     }
-    for (const double cosine : {0.0, 0.3, 0.99})
-        EXPECT_NEAR(factors.at(0, cosine), std::sqrt(1 - cosine * cosine) * 4 / kPi, 1e-12);
-    EXPECT_NEAR(factors.at(kSpreadCodes - 1, 0.3), 1, 1e-12); // no mean direction
+    for (const double cosine : {0.0, 0.3, 0.99}) {
+        EXPECT_NEAR(factors.at(MaterialKind::fibre, 0, cosine),
+                    std::sqrt(1 - cosine * cosine) * 4 / kPi, 1e-12);
+        EXPECT_NEAR(factors.at(MaterialKind::surface, 0, cosine), 2 * cosine, 1e-12);
+    }
 }
 
 } // namespace

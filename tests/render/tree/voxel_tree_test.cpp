@@ -74,7 +74,7 @@ void expectSame(const VoxelTree& tree, const VoxelTree& expected)
     EXPECT_EQ(tree.voxelCount(), expected.voxelCount());
     EXPECT_EQ(tree.bounds(), expected.bounds());
     EXPECT_EQ(tree.maxDensity(), expected.maxDensity());
-    EXPECT_EQ(tree.hasDirectedFibres(), expected.hasDirectedFibres());
+    EXPECT_EQ(tree.isDirected(), expected.isDirected());
     std::size_t places = 0, others = 0;
     tree.forEachCell([&](const Coord&, int) { ++places; });
     expected.forEachCell([&](const Coord& origin, int other) {

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truth/exact_scene.h"
+
+#include <algorithm>
+
+#include "volcomp/base/error.h"
+#include "volcomp/scene/place_scene.h"
+
+namespace volcomp {
+
+std::size_t ExactScene::segmentCount() const
+{
+    std::vector<std::size_t> of_box;
+    for (const Skeleton& box : boxes) {
+        of_box.push_back(0);
+        for (const SkeletonPart& part : box) of_box.back() += part.segments.size();
+    }
+    std::size_t count = 0;
+    for (const Placement& p : placed.boxes.placements) count += of_box[p.box];
+    return count;
+}
+
+const Material& ExactScene::material(const std::string& name) const
+{
+    const auto found = std::find_if(scene.materials.begin(), scene.materials.end(),
+                                    [&](const Material& m) { return m.name == name; });
+    if (found == scene.materials.end())
+        throw fileError(scene.file, "material", "a [material." + name + "] table", "none");
+    return *found;
+}
+
+VoxelTint ExactScene::tintOf(std::size_t placement) const
+{
+    const Placement& p = placed.boxes.placements[placement];
+    if (p.layer >= placed.layers.size() || !placed.layers[p.layer].tints_voxels) return {};
+    const PlacedLayer& layer = placed.layers[p.layer];
+    return {&placed.surfaces[layer.surface].surface, &layer.tint, placed.boxes.triangle(placement)};
+}
+
+ExactScene makeExactScene(Scene scene, const Progress& progress)
+{
+    ExactScene exact;
+    const std::vector<BoxKind> kinds = usedBoxes(scene);
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+        const auto rule =
+            std::find_if(scene.boxes.begin(), scene.boxes.end(),
+                         [&](const GrowthRule& r) { return r.name == kinds[k].name; });
+        for (int variant = 0; variant < kinds[k].variants; ++variant)
+            exact.boxes.push_back(grow(*rule, variant));
+        report(progress, 0.5 * double(k + 1) / double(kinds.size()));
+    }
+    exact.placed = place(scene, {}, [&](double f) { report(progress, 0.5 + 0.5 * f); });
+    exact.scene = std::move(scene);
+    return exact;
+}
+
+} // namespace volcomp

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// volcomp-truth: the exact picture of a scene's geometry, and how far another picture is from it.
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tools/shared/leave_out.h"
+#include "tools/shared/settings.h"
+#include "tools/shared/tool.h"
+#include "tools/truth/exact_picture.h"
+#include "volcomp/base/error.h"
+#include "volcomp/scene/scene.h"
+#include "volcomp/view/image.h"
+
+namespace {
+
+using namespace volcomp;
+namespace fs = std::filesystem;
+
+struct Options {
+    fs::path scene, compared, known;
+    std::vector<fs::path> outputs;
+    std::vector<std::string> leave_out;
+    std::string size;
+    ExactParams params;
+    double solid_radius = 0;
+    int block = 4;
+};
+
+Scene sceneOf(const Options& options)
+{
+    Scene scene = readScene(options.scene);
+    leaveOut(scene, options.leave_out);
+    char rest = 0;
+    if (!options.size.empty()
+        && (std::sscanf(options.size.c_str(), "%dx%d%c", &scene.render.width, &scene.render.height,
+                        &rest)
+                != 2
+            || scene.render.width < 1 || scene.render.height < 1))
+        throw Error("--size: expected WIDTHxHEIGHT in pixels, such as 640x480, found '"
+                    + options.size + "'");
+    return scene;
+}
+
+Image makePicture(Tool& tool, const Options& options)
+{
+    Scene scene = sceneOf(options);
+    const ExactScene exact = tool.stage(
+        "grow and place", [&](const Progress& p) { return makeExactScene(std::move(scene), p); });
+    tool.say(fmt::format("{} boxes, {} segments", exact.placed.boxes.size(), exact.segmentCount()));
+    const double solid =
+        options.solid_radius > 0 ? options.solid_radius : std::numeric_limits<double>::infinity();
+    const auto embree = tool.stage(
+        "tree", [&](const Progress&) { return std::make_unique<EmbreeScene>(exact, solid); });
+    Image image = tool.stage("trace", [&](const Progress& p) {
+        return exactPicture(exact, *embree, options.params, p);
+    });
+    tool.stats["segments"] = exact.segmentCount();
+    tool.stats["placements"] = exact.placed.boxes.size();
+    tool.stats["samples"] = options.params.samples;
+    tool.stats["seed"] = options.params.seed;
+    const std::vector<std::pair<std::string, std::string>> about{
+        {"Software", "volcomp"},
+        {"volcomp/scene", options.scene.string()},
+        {"volcomp/samples", std::to_string(options.params.samples)},
+        {"volcomp/seed", std::to_string(options.params.seed)}};
+    for (const fs::path& output : options.outputs) writeImage(output, image, about);
+    return image;
+}
+
+void compare(Tool& tool, const Options& options, const Image& exact)
+{
+    const PictureError e = pictureError(readImage(options.compared), exact, options.block);
+    std::cout << fmt::format("mean radiance       {:.5g}\n"
+                             "bias of the mean    {:+.2f} %\n"
+                             "RMSE                {:.4f} of the mean\n"
+                             "RMSE in {}x{} blocks  {:.4f} of the mean\n"
+                             "mean alpha          {:.4f}\n"
+                             "bias of alpha       {:+.4f}\n"
+                             "RMSE of alpha       {:.4f}, in blocks {:.4f}\n",
+                             e.mean, 100 * e.bias, e.rmse, options.block, options.block,
+                             e.block_rmse, e.alpha_mean, e.alpha_bias, e.alpha_rmse,
+                             e.alpha_block_rmse);
+    if (!std::cout.flush())
+        throw Error("--compare: the figures could not be written to the output");
+    tool.stats["error"] = {{"mean", e.mean},
+                           {"bias", e.bias},
+                           {"rmse", e.rmse},
+                           {"block_rmse", e.block_rmse},
+                           {"alpha_mean", e.alpha_mean},
+                           {"alpha_bias", e.alpha_bias},
+                           {"alpha_rmse", e.alpha_rmse},
+                           {"alpha_block_rmse", e.alpha_block_rmse}};
+}
+
+void run(Tool& tool, const Options& options)
+{
+    for (const fs::path& output : options.outputs) requirePictureName(output);
+    if (options.outputs.empty() && options.compared.empty())
+        throw Error("nothing to do: expected -o or --compare");
+    const Image exact =
+        options.known.empty() ? makePicture(tool, options) : readImage(options.known);
+    if (!options.compared.empty()) compare(tool, options, exact);
+}
+
+void addOptions(CLI::App& app, Options& options)
+{
+    app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
+    app.add_option(
+           "-o,--output", options.outputs,
+           "Picture to write, .exr (with what --known needs) or .png; may be given more than "
+           "once")
+        ->type_name("PICTURE")
+        ->allow_extra_args(false);
+    app.add_option("--samples", options.params.samples, "Rays per pixel")
+        ->capture_default_str()
+        ->check(CLI::Range(2, 1 << 24));
+    app.add_option("--seed", options.params.seed, "Of the random numbers")->capture_default_str();
+    app.add_option("--size", options.size, "Size of the picture, pixels (default: the scene's)")
+        ->type_name("WxH");
+    app.add_flag("!--no-shadows", options.params.shadows, "Light is not blocked by anything");
+    app.add_option("--solid", options.solid_radius,
+                   "Fibres of this radius in metres or more shade themselves, as solid bodies; 0: "
+                   "none does")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--leave-out", options.leave_out,
+                   "Without this surface and the layers on it; may be given more than once")
+        ->type_name("SURFACE")
+        ->allow_extra_args(false);
+    app.add_option("--compare", options.compared,
+                   "Say how far this picture of the scene is from the exact one")
+        ->type_name("PICTURE");
+    app.add_option("--block", options.block, "Compare also in blocks of so many pixels a side")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1024));
+    app.add_option("--known", options.known,
+                   "Take this exact picture, which an earlier run wrote, instead of tracing it")
+        ->type_name("PICTURE.exr");
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Tool tool("volcomp-truth",
+              "Traces the strands, leaves and skins of a scene themselves, without any voxel: the "
+              "picture that volcomp-render's is to come close to.");
+    Options options;
+    addOptions(tool.app, options);
+    return tool.main(argc, argv, [&] { run(tool, options); });
+}
