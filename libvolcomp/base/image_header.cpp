@@ -214,6 +214,10 @@ bool checkTiff(const Bytes& bytes)
                sizes = directory.values(tiled ? 325 : 279);
     if (offsets.empty() || sizes.size() < offsets.size())
         throw bytes.damaged("a directory without the places of its pixels");
+    const auto height = directory.values(257), rows = directory.values(278); // rows in a strip
+    if (!tiled && !height.empty() && !rows.empty()
+        && double(offsets.size()) * double(rows[0]) < double(height[0]))
+        throw bytes.damaged("fewer strips than its rows need");
     for (std::size_t i = 0; i < offsets.size(); ++i)
         if (offsets[i] < 0 || sizes[i] < 0 || offsets[i] > bytes.size()
             || sizes[i] > bytes.size() - offsets[i])

@@ -18,18 +18,19 @@ constexpr double kEdge = 2; ///< of the ground, metres
 constexpr double kVoxel = 1.0 / 64;
 
 /// An image whose red is u, whose green is v and whose blue is 1/4, exactly except in the half
-/// pixel at its border. 16 bits, which are linear.
+/// pixel at its border. Floats, which are linear; a PFM's rows run from the bottom.
 MapFactor ramp()
 {
     const std::filesystem::path file = std::filesystem::path(testing::TempDir())
         / (std::string("voxel_tint_")
-           + testing::UnitTest::GetInstance()->current_test_info()->name() + ".ppm");
-    std::ofstream stream(file);
-    stream << "P3\n16 16\n65535\n";
+           + testing::UnitTest::GetInstance()->current_test_info()->name() + ".pfm");
+    std::ofstream stream(file, std::ios::binary);
+    stream << "PF\n16 16\n-1.0\n";
     for (int y = 0; y < 16; ++y)
-        for (int x = 0; x < 16; ++x)
-            stream << std::lround((x + 0.5) / 16 * 65535) << ' '
-                   << std::lround((1 - (y + 0.5) / 16) * 65535) << ' ' << 16384 << '\n';
+        for (int x = 0; x < 16; ++x) {
+            const float pixel[3] = {(float(x) + 0.5f) / 16, (float(y) + 0.5f) / 16, 0.25f};
+            stream.write(reinterpret_cast<const char*>(pixel), sizeof pixel);
+        }
     MapFactor map;
     map.image = file;
     map.wrap = Wrap::clamp;
