@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMostMtlBytes = 64 << 20;
+constexpr std::size_t kLongestName = 256; ///< of an object or group: each part repeats them
 
 /// A file that another names, which may have been written on Windows.
 fs::path beside(const fs::path& file, std::string_view name)
@@ -118,8 +119,9 @@ private:
                          z = m_text.number(m_text.word(), "z");
             m_soup.normals.emplace_back(float(x), float(y), float(z));
         } else if (key == "f" || key == "fo") face();
-        else if (key == "o") m_object = m_text.restOfLine(), m_group.clear(), m_moved = true;
-        else if (key == "g") m_group = m_text.restOfLine(), m_moved = true;
+        else if (key == "o")
+            m_object = m_text.restOfLine().substr(0, kLongestName), m_group.clear(), m_moved = true;
+        else if (key == "g") m_group = m_text.restOfLine().substr(0, kLongestName), m_moved = true;
         else if (key == "usemtl") useMaterial(std::string(m_text.restOfLine()));
         else if (key == "mtllib") addLibraries();
         else other(key);

@@ -225,11 +225,12 @@ TEST(MeshObj, partsMaterialsAndTexturesAreNamed)
         write("house.mtl",
               "newmtl brick # red\nKd 1 0 0\nmap_Kd -s 2 2 2 -clamp on maps\\red wall.png\n"
               "newmtl tiles\nmap_Kd roof.png\n");
-    const Mesh m = read(
-        "house.obj",
-        std::string(kSquare) + "mtllib " + mtl.filename().string()
-            + "\nf 1 2 3\no house\ng walls\nusemtl brick\nf 1 2 3 4\nf 4 3 2\ng roof\nusemtl tiles\n"
-              "f 1 3 4\nusemtl none\nusemtl brick\nf 2 3 4\n");
+    const Mesh m =
+        read("house.obj",
+             std::string(kSquare) + "mtllib " + mtl.filename().string()
+                 + "\nf 1 2 3\no house\ng walls\nusemtl brick\nf 1 2 3 4\nf 4 3 2\ng roof\n"
+                   "usemtl tiles\n"
+                   "f 1 3 4\nusemtl none\nusemtl brick\nf 2 3 4\n");
     ASSERT_EQ(m.materials.size(), 3u);
     EXPECT_EQ(m.materials[0].name, "brick");
     EXPECT_EQ(m.materials[0].texture, mtl.parent_path() / "maps/red wall.png");
@@ -267,6 +268,16 @@ TEST(MeshObj, aFaceOfTooManyCornersIsRefusedOnlyIfItIsConcave)
     }
 }
 
+TEST(MeshObj, aLongNameIsNotRepeatedWhole)
+{
+    // A megabyte for each of 20000 parts would be 20 GB.
+    std::string text = kSquare + ("o " + std::string(1 << 20, 'x') + "\n");
+    for (int k = 0; k < 10000; ++k) text += "g a\nf 1 2 3\ng b\nf 1 3 4\n";
+    const Mesh m = readMesh(write("name.obj", text));
+    EXPECT_EQ(m.parts.size(), 20000u);
+    EXPECT_LT(m.parts[0].name.size(), 1000u);
+}
+
 // --------------------------------------------------------------------------------------- PLY
 
 /// A PLY of the unit square with these lines between its vertices and its end.
@@ -296,7 +307,8 @@ TEST(MeshPly, facePropertiesOfAnyOrderAndTypeAreRead)
         EXPECT_FALSE(m.report.has_uv);
     }
     const std::string edges =
-        "ply\r\nformat ascii 1.0\r\nelement edge 1\r\nproperty int vertex1\r\nproperty int vertex2\r\n"
+        "ply\r\nformat ascii 1.0\r\nelement edge 1\r\nproperty int vertex1\r\n"
+        "property int vertex2\r\n"
         "element face 1\r\nproperty list uchar int vertex_index\r\nelement none 900000000000\r\n"
         "element vertex 3\r\nproperty double z\r\nproperty list uchar int ring\r\n"
         "property double y\r\nproperty float64 x\r\nend_header\r\n0 1\r\n3 0 1 2\r\n"
