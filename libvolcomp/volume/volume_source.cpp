@@ -164,8 +164,8 @@ VolumeSource::VolumeSource(Volume volume, TakenBlocks taken, std::string file)
 
 std::vector<Coord> VolumeSource::nodes() const
 {
-    constexpr int kRootDim = 4096;  // voxels along an edge of the root's tiles
-    constexpr int kMostTiles = 256; // each stands for 32^3 nodes
+    constexpr int kRootDim = 4096; // voxels along an edge of the root's tiles
+    constexpr int kMostTiles = 64; // each stands for 32^3 nodes
     int tiles = 0;
     std::vector<Coord> origins;
     for (const VolumePart& part : m_volume.parts) {

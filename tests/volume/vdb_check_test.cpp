@@ -262,6 +262,12 @@ TEST_F(VdbCheckTest, SolidVolumesBeyondReasonAreErrors)
 {
     auto density = FloatGrid::create(0.0f);
     density->setName("density");
+    density->tree().addTile(3, Coord(0), 1.0f, true);
+    {
+        openvdb::io::File one(path("one.vdb").string());
+        one.write({density});
+    }
+    EXPECT_EQ(readVoxelTree(path("one.vdb")).voxelCount(), std::uint64_t(1) << 36);
     for (int i = 0; i < 2000; ++i) density->tree().addTile(3, Coord(4096 * i, 0, 0), 1.0f, true);
     openvdb::io::File out(path("solid.vdb").string());
     out.write({density});
