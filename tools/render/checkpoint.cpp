@@ -33,6 +33,22 @@ std::uint64_t hashOf(const std::vector<T>& values)
     return mix64(hash);
 }
 
+/// Returns the value that a text stands for, null if it is not JSON or nested more deeply than any
+/// fingerprint: comparing and writing values is recursive.
+json parsed(const std::string& text)
+{
+    constexpr int kDeepest = 16;
+    bool deep = false;
+    json value = json::parse(
+        text,
+        [&](int depth, json::parse_event_t, json&) {
+            deep = deep || depth > kDeepest;
+            return depth <= kDeepest;
+        },
+        false);
+    return deep || value.is_discarded() ? json() : value;
+}
+
 } // namespace
 
 json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
@@ -95,7 +111,7 @@ RenderState readCheckpoint(const std::filesystem::path& file, const json& finger
     stream.read(text.data(), std::streamsize(text.size()));
     stream.read(reinterpret_cast<char*>(state.sums.data()), std::streamsize(8 * head[2]));
     stream.read(reinterpret_cast<char*>(state.samples.data()), std::streamsize(4 * head[3]));
-    const json known = json::parse(text, nullptr, false);
+    const json known = parsed(text);
     if (!stream || !known.is_object() || (hashOf(state.sums) ^ hashOf(state.samples)) != head[4])
         throw damaged();
     const json wanted = json::parse(fingerprint.dump()); // as text keeps it, like the file's
