@@ -73,12 +73,18 @@ void writePly(std::ostream& out, const PlacedScene& scene)
 
 } // namespace
 
-void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
+bool requirePlacementsName(const std::filesystem::path& file)
 {
     const bool json = file.extension() == ".json";
     if (!json && file.extension() != ".ply")
         throw fileError(file, "", "a name that ends in .json or .ply",
                         "'" + file.extension().string() + "'");
+    return json;
+}
+
+void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
+{
+    const bool json = requirePlacementsName(file);
     writeStreamAtomically(
         file, [&](std::ostream& stream) { (json ? writeJson : writePly)(stream, scene); });
 }

@@ -98,6 +98,8 @@ void addIncluded(const std::vector<std::string>& names, TableReader& r, Scene& s
                   "files relative to this one (there is no '" + file.string() + "')");
         TableReader other = TableReader::open(file);
         Scene included = read(other, depth + 1);
+        s.included.push_back(file);
+        s.included.insert(s.included.end(), included.included.begin(), included.included.end());
         for (Material& m : included.materials)
             if (!hasName(s.materials, m.name)) s.materials.push_back(std::move(m));
         for (GrowthRule& p : included.boxes)

@@ -22,6 +22,8 @@ namespace volcomp {
 /// those of the file with the scene's directory in front.
 struct Scene {
     std::filesystem::path file;
+    /// The scenes that it includes, and those that these include.
+    std::vector<std::filesystem::path> included;
     std::vector<Material> materials;
     std::vector<GrowthRule> boxes;
     std::vector<SurfaceSpec> surfaces;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/shared/choice.h"
+#include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
@@ -37,6 +38,23 @@ std::vector<GrowthRule> chosenBoxes(const Scene& scene, const std::vector<std::s
     return rules;
 }
 
+std::filesystem::path boxFile(const std::filesystem::path& directory, const GrowthRule& rule,
+                              int variant)
+{
+    return directory / fmt::format("{}_{}.vdb", rule.name, variant + 1);
+}
+
+/// Throws Error if a box or the sheet cannot be written, or is a file of the scene.
+void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<GrowthRule>& rules,
+                    const std::filesystem::path& directory, const std::filesystem::path& sheet)
+{
+    std::vector<NamedFile> outputs{{"--sheet", sheet}};
+    for (const GrowthRule& rule : rules)
+        for (int variant = 0; variant < rule.variants; ++variant)
+            outputs.push_back({"-o", boxFile(directory, rule, variant)});
+    tool.requireFiles(filesOf(scene), outputs);
+}
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -64,8 +82,10 @@ int main(int argc, char** argv)
     return tool.main(argc, argv, [&] {
         if (!sheet.empty()) requirePictureName(sheet);
         const Scene scene = readScene(scene_file);
+        const std::vector<GrowthRule> rules = chosenBoxes(scene, only);
+        requireOutputs(tool, scene, rules, directory, sheet);
         std::vector<BoxThumbnail> thumbnails;
-        for (const GrowthRule& rule : chosenBoxes(scene, only)) {
+        for (const GrowthRule& rule : rules) {
             std::uint64_t voxels = 0;
             double voxel = 0;
             tool.stage("bake " + rule.name, [&](const Progress& progress) {
@@ -76,8 +96,8 @@ int main(int argc, char** argv)
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
-                    writeVolume(directory / fmt::format("{}_{}.vdb", rule.name, variant + 1),
-                                box.volume, boxMetadata(rule, variant), grid_names);
+                    writeVolume(boxFile(directory, rule, variant), box.volume,
+                                boxMetadata(rule, variant), grid_names);
                     if (!sheet.empty())
                         thumbnails.push_back(
                             renderBoxThumbnail(box, scene.materials, scene.render));
