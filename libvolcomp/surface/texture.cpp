@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/plain_name.h"
 #include "volcomp/base/srgb.h"
 
 namespace volcomp {
@@ -87,7 +88,8 @@ Texture readTexture(const std::filesystem::path& file, bool to_linear)
         throw fileError(file, "", expected, "an empty file");
     OIIO::ImageSpec wish;
     wish.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::open(file.string(), &wish);
+    const PlainName name(file);
+    const auto input = OIIO::ImageInput::open(name.text(), &wish);
     if (!input) throw fileError(file, "", expected, "something else: " + OIIO::geterror());
     const OIIO::ImageSpec spec = input->spec();
     Texture t;

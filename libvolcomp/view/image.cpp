@@ -9,6 +9,7 @@
 
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/plain_name.h"
 #include "volcomp/base/srgb.h"
 
 namespace volcomp {
@@ -88,7 +89,8 @@ bool requirePictureName(const std::filesystem::path& file)
 
 Image readImage(const std::filesystem::path& file)
 {
-    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(file.string());
+    const PlainName name(file);
+    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(name.text());
     if (!in) throw fileError(file, "", "a picture", "'" + OIIO::geterror() + "'");
     Image image;
     image.width = in->spec().width;
@@ -108,12 +110,12 @@ void writeImage(const std::filesystem::path& file, const Image& image,
         const auto failed = [&](const std::string& why) {
             return fileError(file, "", "a file to write", why, "Is the disk full?");
         };
-        const std::unique_ptr<OIIO::ImageOutput> out =
-            OIIO::ImageOutput::create(temporary.string());
+        const PlainName name(temporary);
+        const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(name.text());
         if (!out) throw failed("'" + OIIO::geterror() + "'");
         const int channels = exr ? int(image.channels.size()) : isOpaque(image) ? 3 : 4;
         const OIIO::ImageSpec spec = specOf(image, exr, channels, metadata);
-        const bool written = out->open(temporary.string(), spec)
+        const bool written = out->open(name.text(), spec)
             && (exr ? out->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
                     : out->write_image(OIIO::TypeDesc::UINT8, toBytes(image, channels).data()))
             && out->close();
