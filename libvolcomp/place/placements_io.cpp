@@ -91,7 +91,7 @@ void writePly(std::ostream& out, const PlacedScene& scene)
 
 } // namespace
 
-void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
+bool requirePlacementsName(const std::filesystem::path& file)
 {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(),
@@ -100,6 +100,12 @@ void writePlacements(const std::filesystem::path& file, const PlacedScene& scene
     if (!json && ending != ".ply")
         throw fileError(file, "", "a name that ends in .json or .ply",
                         "'" + file.extension().string() + "'");
+    return json;
+}
+
+void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
+{
+    const bool json = requirePlacementsName(file);
     writeStreamAtomically(
         file, [&](std::ostream& stream) { (json ? writeJson : writePly)(stream, scene); });
 }

@@ -8,6 +8,9 @@
 
 namespace volcomp {
 
+/// Throws Error if the name ends in neither .json nor .ply; returns true for .json.
+bool requirePlacementsName(const std::filesystem::path& file);
+
 /// Writes where the boxes stand. FILE.json is an array of objects with the keys box and layer
 /// (their names), position, scale, x_axis, y_axis, z_axis, tint and, if the scene keeps it
 /// (PlaceOptions::keep_uvs), uv. FILE.ply is binary and holds for each box x y z, nx ny nz (its y

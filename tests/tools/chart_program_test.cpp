@@ -43,5 +43,22 @@ TEST_F(Programs, TheChartIsMeasuredOnceAndDrawn)
     EXPECT_EQ(readJson("chart.json")["stages"].size(), 1u) << second.output; // drawing
 }
 
+// gnuplot and OpenImageIO read names in their own ways, and a path may hold anything.
+TEST_F(Programs, TheChartIsDrawnInAFolderOfAnyName)
+{
+    if (std::system("command -v gnuplot >/dev/null") != 0)
+        GTEST_SKIP() << "gnuplot is not installed";
+    const std::string folder = "a\nb?c*'e\"";
+    std::filesystem::create_directories(path(folder + "/chart"));
+    for (const char* name : {"scene.toml", "ground.obj", "where.pgm"})
+        std::filesystem::copy_file(path(name), path(folder + "/" + name));
+    // The shell finds the folder.
+    const Outcome outcome =
+        run("chart", "a*/scene.toml -o a*/chart --width 16 --samples 5 --no-voxels");
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_EQ(read(folder + "/chart/chart.png").substr(1, 3), "PNG");
+    EXPECT_NE(read(folder + "/chart/chart.svg").find("<svg"), std::string::npos);
+}
+
 } // namespace
 } // namespace volcomp

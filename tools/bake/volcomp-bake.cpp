@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/shared/choice.h"
+#include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
@@ -33,6 +34,23 @@ std::vector<GrowthRule> chosenBoxes(const Scene& scene, const std::vector<std::s
     std::vector<GrowthRule> rules;
     std::copy_if(scene.boxes.begin(), scene.boxes.end(), std::back_inserter(rules), chosen);
     return rules;
+}
+
+std::filesystem::path boxFile(const std::filesystem::path& directory, const GrowthRule& rule,
+                              int variant)
+{
+    return directory / fmt::format("{}_{}.vdb", rule.name, variant + 1);
+}
+
+/// Throws Error if a box or the sheet cannot be written, or is a file of the scene.
+void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<GrowthRule>& rules,
+                    const std::filesystem::path& directory, const std::filesystem::path& sheet)
+{
+    std::vector<NamedFile> outputs{{"--sheet", sheet}};
+    for (const GrowthRule& rule : rules)
+        for (int variant = 0; variant < rule.variants; ++variant)
+            outputs.push_back({"-o", boxFile(directory, rule, variant)});
+    tool.requireFiles(filesOf(scene), outputs);
 }
 
 } // namespace
@@ -68,8 +86,10 @@ int main(int argc, char** argv)
             tool.say(scene_file.string() + ": no boxes");
             return;
         }
+        const std::vector<GrowthRule> rules = chosenBoxes(scene, only);
+        requireOutputs(tool, scene, rules, directory, sheet);
         std::vector<BoxThumbnail> thumbnails;
-        for (const GrowthRule& rule : chosenBoxes(scene, only)) {
+        for (const GrowthRule& rule : rules) {
             std::uint64_t voxels = 0;
             double voxel = 0;
             tool.stage("bake " + rule.name, [&](const Progress& progress) {
@@ -80,8 +100,8 @@ int main(int argc, char** argv)
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
-                    writeVolume(directory / fmt::format("{}_{}.vdb", rule.name, variant + 1),
-                                box.volume, boxMetadata(rule, variant), grid_names);
+                    writeVolume(boxFile(directory, rule, variant), box.volume,
+                                boxMetadata(rule, variant), grid_names);
                     if (!sheet.empty())
                         thumbnails.push_back(
                             renderBoxThumbnail(box, scene.materials, scene.render));

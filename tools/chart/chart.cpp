@@ -54,6 +54,18 @@ std::string literal(const std::string& text)
     return result + "'";
 }
 
+/// The same for the name of a file, in which a line break matters.
+std::string fileLiteral(const std::string& name)
+{
+    std::vector<std::string> lines;
+    for (std::size_t at = 0; at <= name.size();) {
+        const std::size_t end = std::min(name.find('\n', at), name.size());
+        lines.push_back(literal(name.substr(at, end - at)));
+        at = end + 1;
+    }
+    return joined(lines, ".\"\\n\".");
+}
+
 double overlap(const LabelBox& a, const LabelBox& b)
 {
     const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x),
@@ -297,7 +309,7 @@ std::string gnuplotScript(const std::vector<ChartPanel>& panels, int width, int 
                       width, height, kFont)
         : fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}' background 'white'\n",
                       width, height, 0.77 * kFont);
-    script += fmt::format("set output {}\n", literal(output));
+    script += fmt::format("set output {}\n", fileLiteral(output));
     script += "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
               "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\n"
               "set tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";

@@ -12,6 +12,8 @@
 #include "tools/chart/vdb_render.h"
 #include "tools/shared/process.h"
 #include "tools/shared/leave_out.h"
+#include "tools/shared/numbers.h"
+#include "tools/shared/scene_files.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/atomic_file.h"
@@ -115,7 +117,7 @@ void draw(const std::vector<ChartPanel>& panels, const fs::path& directory)
             const fs::path script = directory / "chart.gnuplot";
             writeTextAtomically(script, gnuplotScript(panels, 1300, 1320, temporary.string()));
             const ProcessResult result = runProcess({"gnuplot", script.string()});
-            if (result.status != 0 || !fs::exists(temporary))
+            if (result.status != 0 || fs::file_size(temporary) == 0)
                 throw fileError(script, "", "a script that gnuplot draws", result.output);
         });
 }
@@ -309,6 +311,10 @@ void run(Tool& tool, const Options& options)
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
     leaveOut(scene, options.leave_out);
+    std::vector<NamedFile> outputs;
+    for (const char* name : {"chart.svg", "chart.png", "chart.gnuplot", "results.csv", "table.md"})
+        outputs.push_back({"-o", options.directory / name});
+    tool.requireFiles(filesOf(scene), outputs);
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
     tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}",
@@ -365,10 +371,10 @@ int main(int argc, char** argv)
         .add_option("--width", options.width,
                     "Width of the pictures, pixels; voxels follow from it as in the scene")
         ->capture_default_str()
-        ->check(CLI::Range(16, 32768));
+        ->check(wholeNumber(16, 32768));
     tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")
         ->capture_default_str()
-        ->check(CLI::Range(1, 65536));
+        ->check(wholeNumber(1, 65536));
     tool.app
         .add_option(
             "--leave-out", options.leave_out,

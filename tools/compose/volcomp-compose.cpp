@@ -8,8 +8,12 @@
 
 #include "tools/shared/choice.h"
 #include "tools/shared/leave_out.h"
+#include "tools/shared/numbers.h"
+#include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
+#include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/compose/compose.h"
 #include "volcomp/inspect/placement_sheet.h"
 #include "volcomp/place/culling.h"
@@ -37,6 +41,23 @@ double machineMegabytes()
     return double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE)) / 1048576;
 }
 
+fs::path boxFile(const fs::path& directory, const BoxKind& kind, int variant)
+{
+    return directory / fmt::format("{}_{}.vdb", kind.name, variant + 1);
+}
+
+/// Throws Error if an output cannot be written, or is an input.
+void requireOutputs(const Tool& tool, const Options& options, const Scene& scene)
+{
+    std::vector<NamedFile> inputs = filesOf(scene);
+    for (const BoxKind& kind : usedBoxes(scene))
+        for (int variant = 0; variant < kind.variants; ++variant)
+            inputs.push_back({"a box", boxFile(options.boxes, kind, variant)});
+    tool.requireFiles(
+        inputs,
+        {{"-o", options.output}, {"--placements", options.placements}, {"--sheet", options.sheet}});
+}
+
 /// Reads the boxes that the scene's layers use, in the order of usedBoxes().
 std::vector<Box> readBoxes(const Tool& tool, const Scene& scene, const fs::path& directory,
                            const Progress& progress)
@@ -45,7 +66,7 @@ std::vector<Box> readBoxes(const Tool& tool, const Scene& scene, const fs::path&
     const std::vector<BoxKind> kinds = usedBoxes(scene);
     for (std::size_t k = 0; k < kinds.size(); ++k) {
         for (int variant = 0; variant < kinds[k].variants; ++variant) {
-            const fs::path file = directory / fmt::format("{}_{}.vdb", kinds[k].name, variant + 1);
+            const fs::path file = boxFile(directory, kinds[k], variant);
             if (!fs::exists(file))
                 throw fileError(file, "",
                                 "the box '" + kinds[k].name + "', variant "
@@ -125,15 +146,46 @@ void cull(Tool& tool, const Scene& scene, const std::vector<Box>& boxes, PlacedS
     tool.say(fmt::format("{} of {} boxes matter to the picture", placed.boxes.size(), before));
 }
 
-/// Returns a voxel size whose estimate is below the limit.
-double fittingVoxel(const std::vector<Box>& boxes, const PlacedScene& placed, ComposeParams params,
-                    double limit, double needed)
+/// Memory as a text, without numbers that mean nothing.
+std::string megabytes(double mb)
 {
-    for (int i = 0; i < 30 && needed > limit; ++i) {
-        params.voxel *= std::clamp(std::cbrt(needed / limit), 1.05, 8.0);
-        needed = estimateCompose(boxes, placed, params).bytes / 1048576;
+    if (!(mb < 1e12)) return "more memory than any machine has";
+    return mb > 100 && mb < 1e6 ? fmt::format("{:.0f} MB", mb) : fmt::format("{:.3g} MB", mb);
+}
+
+/// Returns a voxel that is sure to be too small for a volume that cannot even be counted.
+double smallVoxel(const std::vector<Box>& boxes, double voxel)
+{
+    double finest = kInfinity;
+    for (const Box& box : boxes) finest = std::min(finest, box.volume.voxelSize());
+    return std::max(10 * voxel, std::isfinite(finest) ? 1e-3 * finest : 0);
+}
+
+/// Advises a voxel size whose estimate is below the limit, in MB, or says why there is none. Takes
+/// about a second at most, if one estimate does.
+std::string voxelAdvice(const std::vector<Box>& boxes, const PlacedScene& placed,
+                        ComposeParams params, double limit, double needed)
+{
+    constexpr double kCpuSeconds = 0.5; // of all threads; the wall's depend on other programs
+    constexpr double kHandful = 64;     // voxels; then the rest is what any composing needs
+    const double asked = params.voxel, start = cpuSeconds();
+    while (cpuSeconds() - start < kCpuSeconds) {
+        // The memory falls with the third power of the voxel at most, so that this rarely jumps too
+        // far.
+        params.voxel = std::isfinite(needed)
+            ? params.voxel * std::max(std::cbrt(needed / limit), 1.05)
+            : smallVoxel(boxes, params.voxel);
+        const ComposeEstimate estimate = estimateCompose(boxes, placed, params);
+        needed = estimate.bytes / 1048576;
+        if (needed <= limit)
+            return fmt::format("A voxel of {:.3g} m instead of {:.3g} m would fit.", params.voxel,
+                               asked);
+        if (estimate.voxels <= kHandful)
+            return fmt::format("No voxel size would fit: a handful of voxels needs about {}.",
+                               megabytes(needed));
     }
-    return params.voxel;
+    return fmt::format("A voxel of more than {:.3g} m would be needed instead of {:.3g} m.",
+                       params.voxel, asked);
 }
 
 /// Throws Error if composing would need more memory than the limit.
@@ -145,15 +197,14 @@ void checkMemory(Tool& tool, const Options& options, const std::vector<Box>& box
     const ComposeEstimate estimate = tool.stage(
         "estimate", [&](const Progress&) { return estimateCompose(boxes, placed, params); });
     const double needed = estimate.bytes / 1048576;
-    tool.say(fmt::format("about {:.3g} voxels, {:.0f} MB", estimate.voxels, needed));
+    if (std::isfinite(estimate.voxels))
+        tool.say(fmt::format("about {:.3g} voxels, {}", estimate.voxels, megabytes(needed)));
     tool.stats["estimate"] = {{"voxels", estimate.voxels}, {"mb", needed}};
-    if (needed > limit)
+    if (!(needed <= limit))
         throw fileError(options.scene, "compose",
-                        fmt::format("a volume of at most {:.0f} MB (--max-memory)", limit),
-                        fmt::format("about {:.0f} MB", needed),
-                        fmt::format("A voxel of {:.3g} m instead of {:.3g} m would fit.",
-                                    fittingVoxel(boxes, placed, params, limit, needed),
-                                    params.voxel));
+                        fmt::format("a volume of at most {:.4g} MB (--max-memory)", limit),
+                        needed < 1e12 ? "about " + megabytes(needed) : megabytes(needed),
+                        voxelAdvice(boxes, placed, params, limit, needed));
 }
 
 /// Reads the scene, changed as the options say, and prints its warnings.
@@ -168,7 +219,10 @@ Scene sceneOf(const Tool& tool, const Options& options)
 
 void run(Tool& tool, const Options& options)
 {
+    if (!options.placements.empty()) requirePlacementsName(options.placements);
+    if (!options.sheet.empty()) requirePictureName(options.sheet);
     const Scene scene = sceneOf(tool, options);
+    requireOutputs(tool, options, scene);
     const std::vector<Box> boxes = tool.stage(
         "read boxes", [&](const Progress& p) { return readBoxes(tool, scene, options.boxes, p); });
     PlaceOptions place_options;
@@ -214,12 +268,12 @@ int main(int argc, char** argv)
         .add_option("--voxel", options.voxel,
                     "Edge of a voxel in metres; 0: compose.voxel of the scene")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(realNumber(0));
     tool.app
         .add_option("--max-memory", options.max_memory_mb,
                     "Refuse a volume that needs more, in MB; 0: 3/4 of the machine's memory")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(realNumber(0));
     tool.app
         .add_option(
             "--leave-out", options.leave_out,

@@ -13,6 +13,8 @@
 #include "volcomp/render/explain.h"
 #include "volcomp/render/render.h"
 #include "tools/render/render_options.h"
+#include "tools/shared/numbers.h"
+#include "tools/shared/scene_files.h"
 #include "volcomp/scene/scene.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/tool.h"
@@ -52,6 +54,21 @@ struct Options {
     double checkpoint_seconds = 20;
 };
 
+/// Calls write(). If it fails, warns that the render goes on without `what`, the first time only,
+/// and returns false: neither a full disk nor a folder that went away ends a long render.
+bool attempt(const Tool& tool, const std::string& what, bool& warned,
+             const std::function<void()>& write)
+{
+    try {
+        write();
+        return true;
+    } catch (const std::exception& e) {
+        if (!warned) tool.warn(what + " could not be written, the render goes on: " + e.what());
+        warned = true;
+        return false;
+    }
+}
+
 /// Renders with pauses in which the preview and the checkpoint are written.
 Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
                     const std::vector<VoxelLevel>& levels, const fs::path& checkpoint,
@@ -59,15 +76,19 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
 {
     const bool saves = options.checkpoint_seconds > 0;
     double saved = wallSeconds();
+    bool preview_warned = false, checkpoint_warned = false, kept = false;
     RenderWatch watch;
     watch.state = std::move(state);
     watch.preview = !options.preview.empty();
     watch.every_seconds = saves ? std::min(10.0, options.checkpoint_seconds) : 10;
     watch.stop = saves ? &stop_asked : nullptr;
     watch.update = [&](const RenderState& so_far, const Image& image) {
-        if (!options.preview.empty()) writeImage(options.preview, image);
+        if (!options.preview.empty())
+            attempt(tool, "the preview", preview_warned,
+                    [&] { writeImage(options.preview, image); });
         if (!saves || (!stop_asked && wallSeconds() - saved < options.checkpoint_seconds)) return;
-        writeCheckpoint(checkpoint, fingerprint, so_far);
+        kept = attempt(tool, "the checkpoint", checkpoint_warned,
+                       [&] { writeCheckpoint(checkpoint, fingerprint, so_far); });
         saved = wallSeconds();
     };
     return tool.stage("render", [&](const Progress& progress) {
@@ -77,14 +98,16 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
             return render(levels, scene.materials, scene.camera, scene.lights, scene.render,
                           progress, &stats, &watch);
         } catch (const Stopped& e) {
-            throw Error(std::string(e.what()) + "; the same command with --resume goes on from "
-                        + checkpoint.string());
+            throw Error(
+                std::string(e.what())
+                + (kept ? "; the same command with --resume goes on from " + checkpoint.string()
+                        : "; nothing of it could be kept"));
         }
     });
 }
 
-void writePictures(const Options& options, const fs::path& volume, const nlohmann::json& settings,
-                   const RenderStats& stats, const Image& image)
+void writePictures(const Tool& tool, const Options& options, const fs::path& volume,
+                   const nlohmann::json& settings, const RenderStats& stats, const Image& image)
 {
     std::vector<std::pair<std::string, std::string>> about{
         {"Software", "volcomp"},
@@ -98,7 +121,9 @@ void writePictures(const Options& options, const fs::path& volume, const nlohman
                        fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds));
     for (const auto& output : options.outputs)
         if (requirePictureName(output)) writeImage(output, image, about);
-    if (!options.preview.empty()) writeImage(options.preview, image);
+    bool warned = false;
+    if (!options.preview.empty())
+        attempt(tool, "the preview", warned, [&] { writeImage(options.preview, image); });
 }
 
 /// Writes the files of the volume's levels if that is asked for, or warns if there are some that
@@ -127,6 +152,42 @@ fs::path volumeOf(const Options& options)
         throw Error("--explain: expected --volume FILE.vdb, or -o PICTURE beside which volume.vdb "
                     "lies, found neither");
     return options.outputs[0].parent_path() / "volume.vdb";
+}
+
+/// The file that keeps the state of a stopped render; no path if there is no picture.
+fs::path checkpointOf(const Options& options)
+{
+    return options.outputs.empty() ? fs::path()
+                                   : fs::path(options.outputs[0].string() + ".checkpoint");
+}
+
+/// Whether this run reads or writes the checkpoint.
+bool usesCheckpoint(const Options& options)
+{
+    return !options.outputs.empty() && (options.resume || options.checkpoint_seconds > 0);
+}
+
+/// Throws Error if an output cannot be written, or is an input.
+void requireOutputs(const Tool& tool, const Options& options, const Scene& scene,
+                    const fs::path& volume)
+{
+    constexpr int kMostLevels = 32; // more than any volume has
+    std::vector<NamedFile> inputs = filesOf(scene), outputs;
+    inputs.push_back({"the volume", volume});
+    for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
+    outputs.push_back({"--preview", options.preview});
+    for (int n = 1; n <= kMostLevels; ++n)
+        (options.write_levels ? outputs : inputs).push_back({"a level", levelFile(volume, n)});
+    if (usesCheckpoint(options)) {
+        const fs::path checkpoint = checkpointOf(options);
+        std::error_code code;
+        if (fs::exists(checkpoint, code) && !fs::is_regular_file(checkpoint, code))
+            throw fileError(checkpoint, "", "the state of a stopped render, or no file",
+                            "a directory, a pipe or a device",
+                            "Remove it, or render with --checkpoint 0.");
+        outputs.push_back({"the checkpoint", checkpoint});
+    }
+    tool.requireFiles(inputs, outputs);
 }
 
 /// What a stopped render left, if it is to be gone on with; otherwise the start.
@@ -186,12 +247,12 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     }
 
     const fs::path volume = volumeOf(options);
+    requireOutputs(tool, options, scene, volume);
     seeToLevels(tool, options, scene.render, volume);
-    fs::path checkpoint;
+    const fs::path checkpoint = checkpointOf(options);
     nlohmann::json fingerprint;
     RenderState state;
     if (!options.outputs.empty()) {
-        checkpoint = options.outputs[0].string() + ".checkpoint";
         fingerprint = renderFingerprint(scene, volume, options.grid);
         state = startingState(tool, options, checkpoint, fingerprint);
     }
@@ -212,9 +273,10 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
     tool.stage("write", [&](const Progress&) {
-        writePictures(options, volume, tool.stats["settings"], stats, image);
+        writePictures(tool, options, volume, tool.stats["settings"], stats, image);
     });
-    fs::remove(checkpoint);
+    std::error_code ignored;
+    if (usesCheckpoint(options)) fs::remove(checkpoint, ignored);
     for (const auto& output : options.outputs) tool.say("wrote " + output.string());
 }
 
@@ -259,7 +321,7 @@ void addWatchOptions(CLI::App& app, Options& options)
                    "Save what a stopped render goes on from (PICTURE.checkpoint) every so many "
                    "seconds; 0: never")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(realNumber(0));
 }
 
 } // namespace

@@ -3,6 +3,9 @@
 
 #include <exception>
 #include <iostream>
+#include <new>
+#include <optional>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -16,6 +19,7 @@
 #include "volcomp/base/clock.h"
 #include "volcomp/base/parallel.h"
 #include "volcomp/scene/scene.h"
+#include "tools/shared/numbers.h"
 #include "tools/shared/version.h"
 
 namespace volcomp {
@@ -28,6 +32,56 @@ double peakMegabytes()
     return double(usage.ru_maxrss) / 1024;
 }
 
+constexpr const char* kNoMemory =
+    "the memory of this machine is not enough; a larger voxel needs less";
+
+std::string noThreads(const std::string& why)
+{
+    return "the system gives no more threads or memory (" + why + "); fewer --threads need less";
+}
+
+/// What to say of the exception that is being handled.
+std::string currentMessage()
+{
+    try {
+        throw;
+    } catch (const std::bad_alloc&) {
+        return kNoMemory;
+    } catch (const std::system_error& e) {
+        if (e.code() == std::errc::resource_unavailable_try_again
+            || e.code() == std::errc::not_enough_memory)
+            return noThreads(e.what());
+        return e.what();
+    } catch (const std::exception& e) { // TBB's, and what libraries make of those above
+        const std::string text = e.what();
+        if (text.find("bad_alloc") != std::string::npos) return kNoMemory;
+        return text.find("pthread_create") == std::string::npos ? text : noThreads(text);
+    } catch (...) {
+        return "an unknown exception";
+    }
+}
+
+/// Ends the program after an exception that nothing catches, such as one in a library's thread.
+[[noreturn]] void endWithMessage()
+{
+    if (std::current_exception()) {
+        try {
+            spdlog::error("{}", currentMessage());
+        } catch (...) { // not even the memory for the message
+        }
+        _exit(1);
+    }
+    std::abort(); // a bug
+}
+
+/// Returns the exit status after something was printed: 1, and says so, if stdout did not take it.
+int statusOfStdout()
+{
+    if (std::cout.flush()) return 0;
+    spdlog::error("the output could not be written to stdout");
+    return 1;
+}
+
 } // namespace
 
 Tool::Tool(const std::string& name, const std::string& description)
@@ -37,7 +91,7 @@ Tool::Tool(const std::string& name, const std::string& description)
     app.add_flag("-q,--quiet", m_quiet, "Say nothing but warnings and errors");
     app.add_option("--threads", m_threads, "Threads to use; 0: one for each core")
         ->capture_default_str()
-        ->check(CLI::Range(0, 4096));
+        ->check(wholeNumber(0, 4096));
     app.add_option("--stats", m_stats,
                    "Write seconds, memory, sizes and settings to this file (JSON)")
         ->type_name("FILE");
@@ -50,15 +104,16 @@ int Tool::main(int argc, char** argv, const std::function<void()>& run)
 {
     spdlog::set_default_logger(spdlog::stderr_color_mt(m_name));
     spdlog::set_pattern("%n: %^%v%$");
+    std::set_terminate(endWithMessage);
     for (int i = 1; i < argc; ++i)
         if (std::string(argv[i]) == "--scene-keys") {
             std::cout << keysAsMarkdown(sceneKeys());
-            return 0;
+            return statusOfStdout();
         }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? 0 : 2;
+        return app.exit(e) == 0 ? statusOfStdout() : 2;
     }
     if (m_quiet) spdlog::set_level(spdlog::level::warn);
     try {
@@ -77,12 +132,18 @@ int Tool::main(int argc, char** argv, const std::function<void()>& run)
                         peakMegabytes()));
         if (!m_stats.empty()) writeTextAtomically(m_stats, stats.dump(2) + '\n');
         return 0;
-    } catch (const std::bad_alloc&) {
-        spdlog::error("the memory of this machine is not enough; a larger voxel needs less");
-    } catch (const std::exception& e) {
-        spdlog::error("{}", e.what());
+    } catch (const std::exception&) {
+        spdlog::error("{}", currentMessage());
     }
     return 1;
+}
+
+void Tool::requireFiles(const std::vector<NamedFile>& inputs, std::vector<NamedFile> outputs) const
+{
+    if (!m_stats.empty()) outputs.push_back({"--stats", m_stats});
+    requireDistinct(inputs, outputs);
+    for (const NamedFile& output : outputs)
+        if (!output.file.empty()) requireWritable(output.file);
 }
 
 void Tool::say(const std::string& message) const { spdlog::info("{}", message); }
@@ -119,9 +180,8 @@ Progress Tool::Stage::progress()
             std::cerr << fmt::format("\r\033[K{} [{}{}] {:3.0f} %", m_name, std::string(full, '#'),
                                      std::string(30 - full, '.'), 100 * fraction)
                       << std::flush;
-        } else if (now - m_shown > 5) { // plain lines, for logs
-            m_shown = now;
-            m_tool.say(fmt::format("{}: {:.0f} %", m_name, 100 * fraction));
+        } else if (const auto line = m_lines.next(fraction, now - m_wall)) {
+            m_tool.say(m_name + ": " + *line);
         }
     };
 }

@@ -5,10 +5,13 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "tools/shared/progress_lines.h"
+#include "volcomp/base/distinct_files.h"
 #include "volcomp/base/progress.h"
 
 namespace volcomp {
@@ -23,16 +26,22 @@ public:
     nlohmann::json stats; ///< written by --stats
 
     /// Parses the arguments, starts OpenVDB and calls `run`. Returns the exit status of the
-    /// program: 0; 1 after an exception, which becomes one message on stderr; 2 for wrong
-    /// arguments.
+    /// program: 0; 1 after an exception, which becomes one message on stderr, and if stdout does
+    /// not take what was to be printed; 2 for wrong arguments. A lack of memory or threads that no
+    /// one catches, such as in a thread of a library, ends the program with a message and status 1.
     int main(int argc, char** argv, const std::function<void()>& run);
+
+    /// To be called before the work begins. Throws Error if one of the outputs, or the statistics
+    /// file, cannot be written, is another one of them, or is one of the inputs. Files without a
+    /// path are passed over.
+    void requireFiles(const std::vector<NamedFile>& inputs, std::vector<NamedFile> outputs) const;
 
     void say(const std::string& message) const;  ///< silent with --quiet
     void warn(const std::string& message) const; ///< also with --quiet
 
-    /// Runs one stage: calls work(progress), shows its progress (a bar on a terminal, plain lines
-    /// otherwise) and at the end its name and how long it took, and adds its wall and CPU seconds
-    /// to the statistics. Returns what `work` returns.
+    /// Runs one stage: calls work(progress), shows its progress (a bar on a terminal, otherwise
+    /// ProgressLines) and at the end its name and how long it took, and adds its wall and CPU
+    /// seconds to the statistics. Returns what `work` returns.
     template <class F>
     auto stage(const std::string& name, F&& work)
     {
@@ -51,6 +60,7 @@ private:
         Tool& m_tool;
         std::string m_name;
         double m_wall, m_cpu, m_shown = 0;
+        ProgressLines m_lines;
         int m_exceptions;
     };
     bool m_quiet = false;
