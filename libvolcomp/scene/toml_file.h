@@ -47,9 +47,9 @@ std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, Rea
 /// '?'.
 std::string printable(const std::string& text);
 
-/// Returns the table as TOML of one form, whatever the order and the spelling in the file: keys in
-/// the order of their bytes, numbers as short as they can be, one line for each key and for each
-/// table of an array of tables.
+/// Returns a line "KEY = VALUE" for each value of the table, whatever the order and the spelling in
+/// the file: keys in the order of their bytes, dotted (a table of an array has its number, from 1,
+/// as in level.2.length), and numbers as short as they can be. An empty table is a value.
 std::string canonicalToml(const toml::table& table);
 
 } // namespace volcomp

@@ -138,8 +138,9 @@ public:
     /// What relative paths in the file start from: its folder; for a pipe the current folder.
     std::filesystem::path folder() const;
 
-    /// The table as TOML; empty while describing and if the table is absent. Tables that say the
-    /// same give the same text, whatever their order, comments and spelling in the file.
+    /// The table as lines "KEY = VALUE" (TOML), one for each value, such as "level.2.length = 0.1"
+    /// for that of the second [[level]]; empty while describing and if the table is absent. Tables
+    /// that say the same give the same lines, whatever their order, comments and spelling.
     std::string toml() const;
 
 private:

@@ -43,11 +43,9 @@ std::string tableText(const toml::table& table)
 
 std::string arrayText(const toml::array& array)
 {
-    const bool tables = !array.empty() && array.is_homogeneous(toml::node_type::table);
     std::string text;
-    for (const toml::node& value : array)
-        text += (text.empty() ? "" : tables ? ",\n" : ", ") + valueText(value);
-    return tables ? "[\n" + text + "\n]" : "[" + text + "]";
+    for (const toml::node& value : array) text += (text.empty() ? "" : ", ") + valueText(value);
+    return "[" + text + "]";
 }
 
 std::string valueText(const toml::node& value)
@@ -66,14 +64,35 @@ std::string valueText(const toml::node& value)
     return text.str();
 }
 
+void addLines(const toml::table& table, const std::string& prefix, std::string& lines);
+
+/// Appends the lines of one key, whose name with all that stands before it is `name`.
+void addKey(const toml::node& value, const std::string& name, std::string& lines)
+{
+    const toml::array* array = value.as_array();
+    if (const toml::table* table = value.as_table(); table && !table->empty())
+        return addLines(*table, name + ".", lines);
+    if (!array || array->empty() || !array->is_homogeneous(toml::node_type::table)) {
+        lines += name + " = " + valueText(value) + "\n";
+        return;
+    }
+    std::size_t number = 0;
+    for (const toml::node& element : *array)
+        addKey(element, fmt::format("{}.{}", name, ++number), lines);
+}
+
+void addLines(const toml::table& table, const std::string& prefix, std::string& lines)
+{
+    for (const auto& [key, value] : table) addKey(value, prefix + keyText(key.str()), lines);
+}
+
 } // namespace
 
 std::string canonicalToml(const toml::table& table)
 {
-    std::string text;
-    for (const auto& [key, value] : table)
-        text += keyText(key.str()) + " = " + valueText(value) + "\n";
-    return text;
+    std::string lines;
+    addLines(table, "", lines);
+    return lines;
 }
 
 } // namespace volcomp

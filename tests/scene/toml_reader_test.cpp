@@ -298,10 +298,10 @@ TEST_F(TomlReader, tablesThatSayTheSameGiveTheSameText)
     const std::string expected =
         R"(colour = [1, 0.5, 0.1]
 flag = true
-level = [
-{length = 0.25, name = "a \"b\"\n"},
-{count = 16, t = {u = 100}}
-]
+level.1.length = 0.25
+level.1.name = "a \"b\"\n"
+level.2.count = 16
+level.2.t.u = 100
 )";
     const auto text = [&](const std::string& file) {
         return open(file).table({"box", "", ""}).toml();
