@@ -46,9 +46,16 @@ if(HELP2MAN)
 endif()
 install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/volcomp COMPONENT programs
   USE_SOURCE_PERMISSIONS PATTERN update_keys.sh EXCLUDE PATTERN __pycache__ EXCLUDE)
-install(FILES README.md CHANGELOG.md LICENSE NOTICE cmake/copyright
-  DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md LICENSE NOTICE packages.txt
+  cmake/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(DIRECTORY LICENSES docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+# The pages in scenes/ show pictures of ../docs.
+file(RELATIVE_PATH docs_from_scenes ${CMAKE_INSTALL_FULL_DATADIR}/volcomp
+  ${CMAKE_INSTALL_FULL_DOCDIR}/docs)
+file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/installed)
+file(CREATE_LINK ${docs_from_scenes} ${CMAKE_CURRENT_BINARY_DIR}/installed/docs SYMBOLIC)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/installed/docs
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/volcomp COMPONENT programs)
 
 # cmake --workflow --preset package makes build/package/volcomp_VERSION_ARCH.deb.
 set(CPACK_GENERATOR DEB)

@@ -97,7 +97,8 @@ struct GrowthRule {
     double voxel = 0;           ///< edge of a voxel, metres; 0 means as voxelFor() chooses
     double segment_limit = 1e7; ///< a rule that may grow more segments is refused
     std::vector<GrowthLevel> levels;
-    std::string source; ///< the table as the scene has it (TOML), for the box's file; may be empty
+    /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
+    std::string source;
 
     /// Throws Error if a value is out of range or not finite, a parent is missing, or the bound of
     /// the segments exceeds the limit.

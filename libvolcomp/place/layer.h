@@ -68,6 +68,9 @@ struct Layer {
     double upright = 0;
     double offset = 0; ///< height of the root above the surface, along the normal, world units
 
+    /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
+    std::string source;
+
     /// Throws Error if a value is out of range or not finite. Maps check theirs when they are
     /// loaded.
     void validate() const;

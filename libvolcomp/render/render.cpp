@@ -34,6 +34,7 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
              const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress, RenderStats* stats, RenderWatch* watch)
 {
+    if (levels.empty()) throw Error("render: expected at least one level of a volume, found none");
     const double start = wallSeconds();
     const PictureTracer tracer(levels, materials, camera, lights, params);
     const double prepared = wallSeconds();

@@ -67,8 +67,9 @@ struct VoxelLevel;
 /// albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B for each light, all weighted as R, G, B
 /// are. Z is the distance from the camera, 0 where nothing is.
 ///
-/// Throws Error if a setting, the camera or a light is out of range, if a material is missing or of
-/// the wrong kind, or if watch->state is one of another picture. Throws Stopped if it was stopped.
+/// Throws Error if there is no level, if a setting, the camera or a light is out of range, if a
+/// material is missing or of the wrong kind, or if watch->state is one of another picture. Throws
+/// Stopped if it was stopped.
 Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials,
              const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress = {}, RenderStats* stats = nullptr,

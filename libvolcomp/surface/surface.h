@@ -40,6 +40,9 @@ struct SurfaceSpec {
     MapProjection projection;
     SkinSpec skin;
 
+    /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
+    std::string source;
+
     /// Throws Error if a value is out of range or not finite.
     void validate() const;
 };

@@ -149,6 +149,8 @@ TEST(Compose, EqualsABruteForceCompositeInDouble)
         difference += std::abs(rho - s.density);
         colours += s.density
             * (Vec3d(v.parts[0].colour->tree().getValue(c)) - s.colour / s.density).length();
+        // A cube that hardly reaches a voxel may miss it where its position is rounded.
+        if (rho == 0 && s.density < 1e-3) continue;
         const Principal expected = principalDirection(s.tensor);
         const Vec3d d(v.parts[0].direction->tree().getValue(c));
         EXPECT_NEAR(d.length(), 1 - expected.spread, 0.01) << c;

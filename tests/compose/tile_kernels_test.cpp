@@ -125,6 +125,12 @@ void fillTensors(int count, TileChannels& c)
         for (int i = 0; i < 3; ++i)
             t.add(weight * r.uniform(),
                   (first + Vec3d(r.normal(), r.normal(), r.normal()) * apart).unit());
+        if (k % 100 == 0) // no direction is the largest; three random ones hardly ever are so even
+            for (int i = 0; i < 3; ++i) {
+                Vec3d axis(0.0);
+                axis[i] = 1;
+                t.add(1e3 * weight * (1 + 0.003 * r.uniform()), axis);
+            }
         const double values[6] = {t.xx, t.yy, t.zz, t.xy, t.yz, t.xz};
         for (int i = 0; i < 6; ++i) c.tensor[i][k] = float(values[i]);
     }
@@ -163,7 +169,7 @@ TEST(TileKernels, DirectionsAreTheLargestEigenvectors)
                 << k;
         }
         EXPECT_GT(sure, kCount / 2);
-        EXPECT_GT(unsure, 0);
+        EXPECT_GE(unsure, kCount / 100);
     });
 }
 

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volcomp/scene/scene_recipe.h"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "volcomp/scene/place_scene.h"
+
+namespace volcomp {
+namespace {
+
+// A stage whose results change for the same scene counts its version up, so that older files are
+// made anew.
+constexpr const char* kBakeVersion = "2";
+constexpr const char* kComposeVersion = "2";
+
+void addMapFiles(Recipe& recipe, const std::string& name, const std::vector<MapFactor>& maps)
+{
+    for (const MapFactor& map : maps)
+        if (!map.image.empty()) recipe.addFile(name + " content", map.image);
+}
+
+void addSurface(Recipe& recipe, const SurfaceSpec& s)
+{
+    const std::string prefix = "surface." + s.name + ".";
+    recipe.addLines(prefix, s.source);
+    if (!s.mesh.empty()) recipe.addFile(prefix + "mesh content", s.mesh);
+    if (!s.terrain.height_map.empty())
+        recipe.addFile(prefix + "height_map content", s.terrain.height_map);
+    addMapFiles(recipe, prefix + "skin_map", s.skin.maps);
+}
+
+void addLayer(Recipe& recipe, const Layer& l)
+{
+    const std::string prefix = "layer." + l.name + ".";
+    recipe.addLines(prefix, l.source);
+    addMapFiles(recipe, prefix + "where", l.where);
+    addMapFiles(recipe, prefix + "size_map", l.size);
+    addMapFiles(recipe, prefix + "colour", l.colour);
+    if (!l.comb_map.empty()) recipe.addFile(prefix + "comb_map content", l.comb_map);
+}
+
+} // namespace
+
+Recipe boxRecipe(const Scene& scene, const GrowthRule& rule)
+{
+    Recipe recipe;
+    recipe.add("bake version", kBakeVersion);
+    recipe.addLines("box." + rule.name + ".", rule.source);
+    std::set<std::string> materials;
+    for (const GrowthLevel& level : rule.levels)
+        materials.insert(level.material.empty() ? rule.material : level.material);
+    for (const Material& m : scene.materials)
+        if (materials.count(m.name))
+            recipe.add("material." + m.name + ".kind",
+                       m.kind == MaterialKind::fibre ? "fibre" : "surface");
+    return recipe;
+}
+
+Recipe placedRecipe(const Scene& scene, const std::vector<UsedBox>& boxes)
+{
+    Recipe recipe;
+    recipe.add("compose version", kComposeVersion);
+    for (const SurfaceSpec& s : scene.surfaces) addSurface(recipe, s);
+    for (const Layer& l : scene.layers) addLayer(recipe, l);
+    for (const UsedBox& box : boxes) recipe.add("box." + box.name, box.hash);
+    return recipe;
+}
+
+std::vector<UsedBox> wantedBoxes(const Scene& scene)
+{
+    std::vector<UsedBox> boxes;
+    for (const BoxKind& kind : usedBoxes(scene))
+        for (const GrowthRule& rule : scene.boxes)
+            if (rule.name == kind.name) boxes.push_back({rule.name, boxRecipe(scene, rule).hash()});
+    return boxes;
+}
+
+Recipe recipeOf(const openvdb::MetaMap& metadata)
+{
+    const auto text = metadata.getMetadata<openvdb::StringMetadata>(kRecipe);
+    return text ? Recipe::fromText(text->value()) : Recipe();
+}
+
+std::string differenceText(const std::vector<RecipeDifference>& differences)
+{
+    std::string text;
+    constexpr std::size_t kShown = 3;
+    for (std::size_t i = 0; i < std::min(kShown, differences.size()); ++i) {
+        const auto& [name, made, wanted] = differences[i];
+        if (i) text += "; ";
+        if (made.empty()) text += fmt::format("{} is new ({})", name, wanted);
+        else if (wanted.empty()) text += fmt::format("{} is gone (it was {})", name, made);
+        else if (name.find("content") != name.npos || name.rfind("box.", 0) == 0)
+            text += name + " has changed";
+        else text += fmt::format("{} was {} and is {} now", name, made, wanted);
+    }
+    if (differences.size() > kShown)
+        text += fmt::format("; and {} more", differences.size() - kShown);
+    return text;
+}
+
+} // namespace volcomp
