@@ -9,8 +9,8 @@ struct TomlFile;
 
 /// Throws Error, with the line, if more than 32 brackets are open at a place of the text or a key
 /// has more than 32 parts, because what parses a value and what frees it call themselves for each
-/// table inside another; if it holds more tables than the budget, from which they are taken; or if a
-/// table's header has no name. A text that is no TOML may pass.
+/// table inside another; if it holds more tables than the budget, from which they are taken; or if
+/// a table's header has no name. A text that is no TOML may pass.
 void requireFlat(const TomlFile& file, ReadBudget& budget);
 
 } // namespace volcomp
