@@ -240,7 +240,10 @@ ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene
     checkReach(bounds, scene, params.voxel);
     ComposeParams coarse = params;
     double factor = 1; // finer than the boxes, voxels grow with the cube of the resolution
-    while (pairsOf(bounds, scene, coarse.voxel) > 2e7 && coarse.voxel < 1e30) {
+    // What is far too large is told so soon: it is a bound by then, whatever the voxel.
+    constexpr double kMostPairs = 2e7, kPairsOfABound = 2e6;
+    const bool bound = pairsOf(bounds, scene, coarse.voxel) > kMostPairs;
+    while (bound && pairsOf(bounds, scene, coarse.voxel) > kPairsOfABound && coarse.voxel < 1e30) {
         coarse.voxel *= 2;
         factor *= 8;
     }
