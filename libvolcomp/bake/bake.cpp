@@ -101,7 +101,6 @@ openvdb::MetaMap boxMetadata(const GrowthRule& rule, int variant)
     meta.insertMeta("volcomp_box", openvdb::StringMetadata(rule.name));
     meta.insertMeta("volcomp_variant", openvdb::Int32Metadata(variant + 1));
     meta.insertMeta("volcomp_seed", openvdb::Int64Metadata(static_cast<std::int64_t>(rule.seed)));
-    meta.insertMeta("volcomp_primitive", openvdb::StringMetadata(rule.source));
     return meta;
 }
 

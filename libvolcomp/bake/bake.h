@@ -27,7 +27,7 @@ Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int var
 /// grows.
 double voxelFor(const Skeleton& skeleton);
 
-/// Returns the metadata of a box's file: its name, variant, seed, and the rule as the scene has it.
+/// Returns the metadata of a box's file: its name, variant and seed.
 /// `variant` counts from 0, as in bake(), and the file from 1.
 openvdb::MetaMap boxMetadata(const GrowthRule& rule, int variant);
 

@@ -60,10 +60,11 @@ void writeJson(std::ostream& out, const PlacedScene& scene)
     out << "\n]\n";
 }
 
-void writePly(std::ostream& out, const PlacedScene& scene)
+void writePly(std::ostream& out, const PlacedScene& scene, const std::string& recipe_hash)
 {
     const std::vector<std::string> boxes = boxNames(scene.kinds);
     out << "ply\nformat binary_little_endian 1.0\n";
+    if (!recipe_hash.empty()) out << "comment recipe " << recipe_hash << '\n';
     for (std::size_t i = 0; i < boxes.size(); ++i)
         out << "comment box " << i << ' ' << oneLine(boxes[i]) << '\n';
     for (std::size_t i = 0; i < scene.layers.size(); ++i)
@@ -103,11 +104,14 @@ bool requirePlacementsName(const std::filesystem::path& file)
     return json;
 }
 
-void writePlacements(const std::filesystem::path& file, const PlacedScene& scene)
+void writePlacements(const std::filesystem::path& file, const PlacedScene& scene,
+                     const std::string& recipe_hash)
 {
     const bool json = requirePlacementsName(file);
-    writeStreamAtomically(
-        file, [&](std::ostream& stream) { (json ? writeJson : writePly)(stream, scene); });
+    writeStreamAtomically(file, [&](std::ostream& stream) {
+        if (json) writeJson(stream, scene);
+        else writePly(stream, scene, recipe_hash);
+    });
 }
 
 } // namespace volcomp

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "volcomp/place/placed_scene.h"
 
@@ -17,7 +18,9 @@ bool requirePlacementsName(const std::filesystem::path& file);
 /// axis), red green blue (its tint, clamped to 1), its scale, and box and layer as numbers, which
 /// comments in the header name (control characters as \x0A and so on). The ending may be in any
 /// case of letters. Lengths are world units. The file appears under its name when it is
-/// complete. Throws Error for another ending and for a file that cannot be written.
-void writePlacements(const std::filesystem::path& file, const PlacedScene& scene);
+/// complete. A PLY file also says the hash of the recipe (base/recipe.h), if one is given, in a
+/// comment. Throws Error for another ending and for a file that cannot be written.
+void writePlacements(const std::filesystem::path& file, const PlacedScene& scene,
+                     const std::string& recipe_hash = {});
 
 } // namespace volcomp

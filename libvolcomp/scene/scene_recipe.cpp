@@ -42,13 +42,23 @@ void addLayer(Recipe& recipe, const Layer& l)
     if (!l.comb_map.empty()) recipe.addFile(prefix + "comb_map content", l.comb_map);
 }
 
+/// Whether a value is a hash, which says nothing to a reader.
+bool isHash(const std::string& value)
+{
+    return value.size() == 16 && value.find_first_not_of("0123456789abcdef") == value.npos;
+}
+
 } // namespace
 
 Recipe boxRecipe(const Scene& scene, const GrowthRule& rule)
 {
     Recipe recipe;
     recipe.add("bake version", kBakeVersion);
-    recipe.addLines("box." + rule.name + ".", rule.source);
+    const std::string prefix = "box." + rule.name + ".";
+    Recipe all;
+    all.addLines(prefix, rule.source);
+    for (const auto& [name, value] : all.entries())
+        if (name != prefix + "variants") recipe.add(name, value);
     std::set<std::string> materials;
     for (const GrowthLevel& level : rule.levels)
         materials.insert(level.material.empty() ? rule.material : level.material);
@@ -65,7 +75,12 @@ Recipe placedRecipe(const Scene& scene, const std::vector<UsedBox>& boxes)
     recipe.add("compose version", kComposeVersion);
     for (const SurfaceSpec& s : scene.surfaces) addSurface(recipe, s);
     for (const Layer& l : scene.layers) addLayer(recipe, l);
-    for (const UsedBox& box : boxes) recipe.add("box." + box.name, box.hash);
+    for (const UsedBox& box : boxes) {
+        recipe.add("box." + box.name, box.hash);
+        for (const GrowthRule& rule : scene.boxes)
+            if (rule.name == box.name)
+                recipe.add("box." + box.name + ".variants", std::to_string(rule.variants));
+    }
     return recipe;
 }
 
@@ -93,8 +108,7 @@ std::string differenceText(const std::vector<RecipeDifference>& differences)
         if (i) text += "; ";
         if (made.empty()) text += fmt::format("{} is new ({})", name, wanted);
         else if (wanted.empty()) text += fmt::format("{} is gone (it was {})", name, made);
-        else if (name.find("content") != name.npos || name.rfind("box.", 0) == 0)
-            text += name + " has changed";
+        else if (isHash(made) && isHash(wanted)) text += name + " has changed";
         else text += fmt::format("{} was {} and is {} now", name, made, wanted);
     }
     if (differences.size() > kShown)

@@ -20,8 +20,12 @@ namespace volcomp {
 /// Name of a VDB file's metadata that holds the text of its recipe.
 constexpr const char* kRecipe = "volcomp_recipe";
 
-/// What every variant of a box is baked from. Materials count by their kinds alone: their colours
-/// are the renderer's.
+/// The beginning of the names of entries that say what the user has asked for beside the scene,
+/// such as a voxel on the command line. A file that differs from the scene in these is not stale.
+constexpr const char* kOption = "option ";
+
+/// What every variant of a box is baked from, but not how many there are. Materials count by their
+/// kinds alone: the rest of them is the renderer's.
 Recipe boxRecipe(const Scene& scene, const GrowthRule& rule);
 
 /// A box that compose() takes, by its name, and the hash of the recipe in its file, or

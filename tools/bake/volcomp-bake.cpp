@@ -12,6 +12,7 @@
 #include "volcomp/base/error.h"
 #include "volcomp/inspect/box_sheet.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
 
@@ -92,6 +93,8 @@ int main(int argc, char** argv)
         for (const GrowthRule& rule : rules) {
             std::uint64_t voxels = 0;
             double voxel = 0;
+            openvdb::MetaMap recipe;
+            recipe.insertMeta(kRecipe, openvdb::StringMetadata(boxRecipe(scene, rule).text()));
             tool.stage("bake " + rule.name, [&](const Progress& progress) {
                 for (int variant = 0; variant < rule.variants; ++variant) {
                     const Box box = bake(rule, scene.materials, variant, [&](double f) {
@@ -100,8 +103,9 @@ int main(int argc, char** argv)
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
-                    writeVolume(boxFile(directory, rule, variant), box.volume,
-                                boxMetadata(rule, variant), grid_names);
+                    openvdb::MetaMap about(recipe);
+                    about.insertMeta(boxMetadata(rule, variant));
+                    writeVolume(boxFile(directory, rule, variant), box.volume, about, grid_names);
                     if (!sheet.empty())
                         thumbnails.push_back(
                             renderBoxThumbnail(box, scene.materials, scene.render));

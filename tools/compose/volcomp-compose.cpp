@@ -10,6 +10,7 @@
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
 #include "tools/shared/scene_files.h"
+#include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
@@ -20,6 +21,7 @@
 #include "volcomp/place/placements_io.h"
 #include "volcomp/scene/place_scene.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
 
@@ -34,6 +36,7 @@ struct Options {
     std::vector<std::string> leave_out;
     GridNames grid_names = GridNames::houdini;
     double voxel = 0, max_memory_mb = 0;
+    Stale stale = Stale::refused;
 };
 
 double machineMegabytes()
@@ -58,26 +61,57 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
         {{"-o", options.output}, {"--placements", options.placements}, {"--sheet", options.sheet}});
 }
 
-/// Reads the boxes that the scene's layers use, in the order of usedBoxes().
-std::vector<Box> readBoxes(const Tool& tool, const Scene& scene, const fs::path& directory,
-                           const Progress& progress)
+/// The boxes that the scene's layers use.
+struct ReadBoxes {
+    std::vector<Box> boxes;    ///< in the order of usedBoxes()
+    std::vector<UsedBox> used; ///< by kind: what they were baked from
+};
+
+/// Adds what a box's file was baked from. Throws Error if the scene would bake it otherwise, unless
+/// that is allowed.
+void noteRecipe(const Tool& tool, const Scene& scene, const fs::path& file, Stale stale,
+                UsedBox& used)
 {
-    std::vector<Box> boxes;
+    const Recipe recipe = recipeOf(readVolumeMetadata(file));
+    for (const GrowthRule& rule : scene.boxes)
+        if (rule.name == used.name)
+            requireFresh(tool, file, recipe, boxRecipe(scene, rule), stale,
+                         "Bake it anew with volcomp-bake");
+    const std::string hash = recipe.empty() ? Recipe::kUnknown : recipe.hash();
+    used.hash = used.hash.empty() || used.hash == hash ? hash : "of several recipes";
+}
+
+ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const Options& options,
+                    const Progress& progress)
+{
+    ReadBoxes read;
+    std::vector<Box>& boxes = read.boxes;
     const std::vector<BoxKind> kinds = usedBoxes(scene);
     for (std::size_t k = 0; k < kinds.size(); ++k) {
+        read.used.push_back({kinds[k].name, ""});
         for (int variant = 0; variant < kinds[k].variants; ++variant) {
-            const fs::path file = boxFile(directory, kinds[k], variant);
+            const fs::path file = boxFile(options.boxes, kinds[k], variant);
             if (!fs::exists(file))
                 throw fileError(file, "",
                                 "the box '" + kinds[k].name + "', variant "
                                     + std::to_string(variant + 1),
                                 "no file", "Run volcomp-bake first, or check --boxes.");
+            noteRecipe(tool, scene, file, options.stale, read.used.back());
             boxes.push_back({kinds[k].name, variant, readVolume(file)});
             for (const std::string& warning : boxes.back().volume.warnings) tool.warn(warning);
         }
         report(progress, double(k + 1) / double(kinds.size()));
     }
-    return boxes;
+    return read;
+}
+
+/// What the volume is made from: the scene's placements, and what the options change.
+Recipe recipeFor(const Scene& scene, const Options& options, const std::vector<UsedBox>& used)
+{
+    Recipe recipe = placedRecipe(scene, used);
+    for (const std::string& surface : options.leave_out)
+        recipe.add(std::string(kOption) + "leave-out", surface);
+    return recipe;
 }
 
 /// Says what place() has found, and adds it to the statistics.
@@ -108,16 +142,18 @@ void reportPlaced(Tool& tool, const Scene& scene, const PlacedScene& placed)
 }
 
 /// Writes the placements and the sheet if the options ask for them.
-void writePlaced(Tool& tool, const Options& options, const Scene& scene, const PlacedScene& placed)
+void writePlaced(Tool& tool, const Options& options, const Scene& scene, const PlacedScene& placed,
+                 const std::string& recipe)
 {
     if (!options.placements.empty())
         tool.stage("write placements",
-                   [&](const Progress&) { writePlacements(options.placements, placed); });
+                   [&](const Progress&) { writePlacements(options.placements, placed, recipe); });
     if (!options.sheet.empty())
         tool.stage("sheet", [&](const Progress&) {
             writeImage(
                 options.sheet,
-                placementSheet(placed, scene.camera, scene.render.width, scene.render.height));
+                placementSheet(placed, scene.camera, scene.render.width, scene.render.height),
+                {{"volcomp/recipe", recipe}});
         });
 }
 
@@ -223,14 +259,16 @@ void run(Tool& tool, const Options& options)
     if (!options.sheet.empty()) requirePictureName(options.sheet);
     const Scene scene = sceneOf(tool, options);
     requireOutputs(tool, options, scene);
-    const std::vector<Box> boxes = tool.stage(
-        "read boxes", [&](const Progress& p) { return readBoxes(tool, scene, options.boxes, p); });
+    const auto [boxes, used] = tool.stage(
+        "read boxes", [&](const Progress& p) { return readBoxes(tool, scene, options, p); });
+    Recipe recipe = recipeFor(scene, options, used);
+    tool.stats["recipe"] = recipe.hash();
     PlaceOptions place_options;
     place_options.keep_uvs = !options.placements.empty();
     PlacedScene placed =
         tool.stage("place", [&](const Progress& p) { return place(scene, place_options, p); });
     reportPlaced(tool, scene, placed);
-    writePlaced(tool, options, scene, placed);
+    writePlaced(tool, options, scene, placed, recipe.hash());
     if (options.output.empty()) return;
 
     ComposeParams params = scene.compose;
@@ -245,8 +283,11 @@ void run(Tool& tool, const Options& options)
     tool.stats["voxel_m"] = params.voxel;
     tool.stats["active_voxels"] = volume.voxels();
     tool.stats["volume_bytes"] = volume.bytes();
+    recipe.add(std::string(kOption) + "voxel", fmt::format("{}", params.voxel));
+    openvdb::MetaMap about;
+    about.insertMeta(kRecipe, openvdb::StringMetadata(recipe.text()));
     tool.stage("write", [&](const Progress&) {
-        writeVolume(options.output, volume, {}, options.grid_names);
+        writeVolume(options.output, volume, about, options.grid_names);
     });
 }
 
@@ -290,6 +331,7 @@ int main(int argc, char** argv)
             "--sheet", options.sheet,
             "Also write a picture of the placements and of each map as it falls on the surface")
         ->type_name("FILE.png");
+    addAllowStale(tool.app, options.stale);
     return tool.main(argc, argv, [&] {
         if (options.output.empty() && options.placements.empty() && options.sheet.empty())
             throw Error("nothing to write: expected -o, --placements or --sheet");

@@ -9,6 +9,7 @@
 #include "tools/render/checkpoint.h"
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/hash.h"
 #include "volcomp/view/image.h"
 #include "volcomp/render/explain.h"
 #include "volcomp/render/render.h"
@@ -16,7 +17,9 @@
 #include "tools/shared/numbers.h"
 #include "tools/shared/scene_files.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_recipe.h"
 #include "tools/shared/settings.h"
+#include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
 #include "volcomp/volume/vdb_io.h"
 #include "volcomp/render/tree/voxel_levels.h"
@@ -52,6 +55,7 @@ struct Options {
     std::string grid;    ///< of the volume, or empty
     bool resume = false, write_levels = false;
     double checkpoint_seconds = 20;
+    Stale stale = Stale::refused;
 };
 
 /// Calls write(). If it fails, warns that the render goes on without `what`, the first time only,
@@ -107,12 +111,14 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
 }
 
 void writePictures(const Tool& tool, const Options& options, const fs::path& volume,
-                   const nlohmann::json& settings, const RenderStats& stats, const Image& image)
+                   const std::string& recipe, const nlohmann::json& settings,
+                   const RenderStats& stats, const Image& image)
 {
     std::vector<std::pair<std::string, std::string>> about{
         {"Software", "volcomp"},
         {"volcomp/scene", options.scene.string()},
         {"volcomp/volume", volume.string()},
+        {"volcomp/recipe", recipe},
         {"volcomp/settings", settings.dump()}};
     for (const auto& output : options.outputs)
         if (!requirePictureName(output))
@@ -190,6 +196,23 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
     tool.requireFiles(inputs, outputs);
 }
 
+/// Throws Error if the scene would compose another volume, unless that is allowed. A scene without
+/// surfaces and layers, which shows any volume, and a volume without a recipe pass. Returns the
+/// hash of the volume's recipe; empty if it has none.
+std::string checkedRecipe(const Tool& tool, const Scene& scene, const fs::path& volume, Stale stale)
+{
+    const Recipe made = recipeOf(readVolumeMetadata(volume));
+    if (made.empty()) return "";
+    if (scene.surfaces.empty() && scene.layers.empty()) return made.hash();
+    Scene composed = scene;
+    for (const auto& [name, value] : made.entries())
+        if (name == std::string(kOption) + "leave-out")
+            static_cast<void>(removeSurface(composed, value)); // one that is gone is no difference
+    requireFresh(tool, volume, made, placedRecipe(composed, wantedBoxes(composed)), stale,
+                 "Compose it anew with volcomp-compose");
+    return made.hash();
+}
+
 /// What a stopped render left, if it is to be gone on with; otherwise the start.
 RenderState startingState(const Tool& tool, const Options& options, const fs::path& checkpoint,
                           const nlohmann::json& fingerprint)
@@ -248,6 +271,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 
     const fs::path volume = volumeOf(options);
     requireOutputs(tool, options, scene, volume);
+    const std::string volume_recipe = checkedRecipe(tool, scene, volume, options.stale);
     seeToLevels(tool, options, scene.render, volume);
     const fs::path checkpoint = checkpointOf(options);
     nlohmann::json fingerprint;
@@ -272,8 +296,13 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
+    // The volume's own identity differs between machines; its recipe does not.
+    nlohmann::json ingredients = fingerprint;
+    ingredients["volume"] = volume_recipe.empty() ? fingerprint["volume"].dump() : volume_recipe;
+    const std::string recipe = fmt::format("{:016x}", fnv1a(ingredients.dump()));
+    tool.stats["recipe"] = recipe;
     tool.stage("write", [&](const Progress&) {
-        writePictures(tool, options, volume, tool.stats["settings"], stats, image);
+        writePictures(tool, options, volume, recipe, tool.stats["settings"], stats, image);
     });
     std::error_code ignored;
     if (usesCheckpoint(options)) fs::remove(checkpoint, ignored);
@@ -331,6 +360,7 @@ int main(int argc, char** argv)
     Tool tool("volcomp-render", "Renders the volume of a scene to a picture.");
     Options options;
     addOptions(tool.app, options);
+    addAllowStale(tool.app, options.stale);
     const RenderOptions overrides(tool.app);
     addWatchOptions(tool.app, options);
     return tool.main(argc, argv, [&] { run(tool, options, overrides); });
