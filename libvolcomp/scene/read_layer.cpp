@@ -76,6 +76,7 @@ void readComb(TableReader& r, Layer& l)
 Layer readLayer(TableReader& r, int index)
 {
     Layer l;
+    l.source = r.toml();
     l.name = r.name({"name", "", "for messages and statistics; the random numbers depend on it"},
                     "layer" + std::to_string(index + 1));
     l.box = r.text({"box", "", "name of the box kind"}, std::nullopt);

@@ -77,6 +77,7 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
 {
     SurfaceSpec s;
     s.name = name;
+    s.source = r.toml();
     s.mesh = r.path({"mesh", "", "OBJ, PLY, OFF or STL file"}, "");
     readTerrain(r, s);
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);
