@@ -22,7 +22,7 @@ for name in "$@"; do
     if [ -n "${RUNS:-}" ]; then limit=(-runs="$RUNS" -max_total_time="$((2 * seconds))"); fi
     say "fuzz: $name"
     log=build/fuzz/$name.log
-    ASAN_OPTIONS=allocator_may_return_null=0:detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
+    TMPDIR=${FUZZ_FOLDER:-/dev/shm} ASAN_OPTIONS=allocator_may_return_null=0:detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
         "build/fuzz/bin/${name}_fuzzer" "build/fuzz/found/$name" "tests/fuzz/${name}_corpus" \
         -seed=1 "${limit[@]}" -timeout=10 -rss_limit_mb=2560 -print_final_stats=1 \
         -artifact_prefix="build/fuzz/failed/$name-" >"$log" 2>&1 || {

@@ -24,15 +24,16 @@ namespace volcomp {
 ///
 /// Densities are added, colours weighted by density. Directions are added as t tᵀ
 /// (VolumePart::direction); of two equally strong ones the one placed earlier is kept. Voxels are
-/// kept if they are above params.minimum_density and params.minimum_depth. There is one part for each material that
-/// a placed box or a skin uses; without any, there is one empty part. The bytes depend neither on
-/// the number of threads nor on the machine's instruction set.
+/// kept if they are above params.minimum_density and params.minimum_depth. There is one part for
+/// each material that a placed box or a skin uses; without any, there is one empty part. The bytes
+/// depend neither on the number of threads nor on the machine's instruction set.
 ///
 /// The result is packed, and shares no voxels with the boxes: unpack() makes grids of it,
 /// writeVolume() a file. It is in world space, and the centre of voxel (0,0,0) is the origin.
 /// OpenVDB must have been started (openvdb::initialize). Throws Error if an index is out of range,
-/// a value is not finite, two boxes or skins of one material differ in its kind, a placement's axis is not of unit length or its scale not above 0, or the
-/// volume reaches further than 2^24 voxels from the origin.
+/// a value is not finite, two boxes or skins of one material differ in its kind, a placement's axis
+/// is not of unit length or its scale not above 0, or the volume reaches further than 2^24 voxels
+/// from the origin.
 PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, const Progress& progress = {});
 

@@ -69,8 +69,7 @@ Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const 
     const double tl = t.dot(L), tv = t.dot(V);
     // Of tangents around t the mean square cosine to L is (tl^2 (1 - s^2) + s^2) / (1 + 2 s^2).
     const double sine_square = (L - tl * t).lengthSqr(), s2 = lobe.spread_square;
-    Reflection result{
-        lobe.alpha * std::sqrt((sine_square * (1 - s2) + 2 * s2) / (1 + 2 * s2)), 0};
+    Reflection result{lobe.alpha * std::sqrt((sine_square * (1 - s2) + 2 * s2) / (1 + 2 * s2)), 0};
     Vec3d Q = V + L;
     const double length = Q.length();
     if (lobe.beta == 0 || length < kDegenerate) return result;

@@ -62,10 +62,10 @@ struct TableReader::State {
 
     /// Adds a key and the value that it reads as to the record, and returns the value.
     template <class T>
-    T noted(const Key& key, T value) const
+    T noted(const Key& key, T meant) const
     {
-        if (record && !docs) *record += prefix + key.name + " = " + recordText(value) + '\n';
-        return value;
+        if (record && !docs) *record += prefix + key.name + " = " + recordText(meant) + '\n';
+        return meant;
     }
 
     /// The number or numbers of a value. Throws as fail() does if it is of another type, not finite

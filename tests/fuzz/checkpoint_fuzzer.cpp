@@ -4,14 +4,12 @@
 // they are JSON, as the fingerprint in a complete file, since mutations seldom keep its checksum.
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
+#include "tests/fuzz/scratch.h"
 #include "tools/render/checkpoint.h"
 #include "volcomp/base/error.h"
 
@@ -19,21 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-/// Where the checkpoints are written: in memory if the machine has such a folder.
-const fs::path& folder()
-{
-    static const fs::path path = [] {
-        std::error_code code;
-        const fs::path memory = "/dev/shm";
-        const fs::path base = fs::is_directory(memory, code) ? memory : fs::temp_directory_path();
-        std::string made = (base / "volcomp_checkpoint_fuzzer_XXXXXX").string();
-        if (!mkdtemp(made.data())) std::abort();
-        std::atexit([] { fs::remove_all(folder()); });
-        return fs::path(made);
-    }();
-    return path;
-}
 
 /// What the render that goes on would be, with a member of each kind.
 const json& fingerprint()
@@ -59,9 +42,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-    const fs::path file = folder() / "state";
-    std::ofstream(file, std::ios::binary)
-        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+    static const volcomp::Scratch scratch;
+    const fs::path file = scratch.write("state", data, size);
     read(file);
 
     // A complete checkpoint of another render: its fingerprint is these bytes, if they are JSON.

@@ -5,40 +5,16 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string>
 
-#include <unistd.h>
-
+#include "tests/fuzz/scratch.h"
 #include "volcomp/base/error.h"
 #include "volcomp/scene/scene.h"
-#include "volcomp/scene/toml_reader.h"
 
 namespace {
 
-namespace fs = std::filesystem;
 using namespace volcomp;
-
-/// A file of this process in memory; it is removed at the end.
-class ScratchFile {
-public:
-    ScratchFile()
-        : m_path("/dev/shm/volcomp_scene_fuzzer_" + std::to_string(getpid()) + ".toml") { }
-    ~ScratchFile()
-    {
-        std::error_code ignored;
-        fs::remove(m_path, ignored);
-    }
-    const fs::path& write(const std::string& text) const
-    {
-        std::ofstream(m_path, std::ios::binary | std::ios::trunc) << text;
-        return m_path;
-    }
-
-private:
-    fs::path m_path;
-};
 
 void require(bool holds, const char* what)
 {
@@ -49,24 +25,30 @@ void require(bool holds, const char* what)
 
 void requireMessage(const std::string& message)
 {
-    require(message.find("/dev/shm/volcomp_scene_fuzzer_") != std::string::npos,
-            "a message names the file");
+    require(message.find("volcomp_fuzzer_") != std::string::npos, "a message names the file");
     require(message.size() < 20000, "a message is short");
+}
+
+/// What recipes take from a table's record.
+void requireLines(const std::string& record)
+{
+    std::istringstream lines(record);
+    for (std::string line; std::getline(lines, line);)
+        require(line.find(" = ") != line.npos, "a record has one line for each value");
 }
 
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-    static const ScratchFile scratch;
-    const std::string text(reinterpret_cast<const char*>(data), size);
+    static const Scratch scratch;
+    const std::filesystem::path file = scratch.write("scene.toml", data, size);
     try {
-        const Scene scene = readScene(scratch.write(text));
+        const Scene scene = readScene(file);
         for (const std::string& warning : scene.warnings) requireMessage(warning);
         require(!usedFiles(scene).empty(), "a scene has a file");
-        std::istringstream lines(TableReader::open(scratch.write(text)).toml());
-        for (std::string line; std::getline(lines, line);)
-            require(line.find(" = ") != line.npos, "toml() has one line for each value");
+        for (const GrowthRule& rule : scene.boxes) requireLines(rule.source);
+        for (const Layer& layer : scene.layers) requireLines(layer.source);
     } catch (const Error& e) {
         requireMessage(e.what());
     }

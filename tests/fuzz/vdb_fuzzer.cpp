@@ -3,12 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <openvdb/openvdb.h>
-#include <unistd.h>
 
+#include "tests/fuzz/scratch.h"
 #include "volcomp/base/error.h"
 #include "volcomp/compose/box_source.h"
 #include "volcomp/render/tree/voxel_tree_io.h"
@@ -16,29 +15,6 @@
 #include "volcomp/volume/vdb_io.h"
 
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A file in memory with the process's own name, removed at the end.
-class FileInMemory {
-public:
-    FileInMemory()
-    {
-        std::error_code code;
-        const fs::path folder =
-            fs::is_directory("/dev/shm", code) ? fs::path("/dev/shm") : fs::temp_directory_path();
-        m_path = folder / ("vdb_fuzzer." + std::to_string(::getpid()) + ".vdb");
-    }
-    ~FileInMemory()
-    {
-        std::error_code code;
-        fs::remove(m_path, code);
-    }
-    const fs::path& path() const { return m_path; }
-
-private:
-    fs::path m_path;
-};
 
 /// Calls f; an Error is what it may end with.
 template <class F>
@@ -55,16 +31,15 @@ void allowError(F&& f)
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
     using namespace volcomp;
-    static const FileInMemory file;
+    static const Scratch scratch;
     static const bool started = (openvdb::initialize(), true);
     static_cast<void>(started);
-    std::ofstream(file.path(), std::ios::binary | std::ios::trunc)
-        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+    const std::filesystem::path file = scratch.write("volume.vdb", data, size);
     allowError([&] {
-        const Volume volume = readVolume(file.path());
+        const Volume volume = readVolume(file);
         for (const VolumePart& part : volume.parts) allowError([&] { packPart(part, "box"); });
         pack(volume);
     });
-    allowError([&] { readVoxelTree(file.path()); });
+    allowError([&] { readVoxelTree(file); });
     return 0;
 }

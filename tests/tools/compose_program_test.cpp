@@ -2,6 +2,7 @@
 // volcomp-bake and volcomp-compose run as processes: their options.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <regex>
 #include <set>
@@ -14,6 +15,8 @@
 
 #include "volcomp/base/vec.h"
 #include "volcomp/view/image.h"
+#include "volcomp/volume/packed_volume.h"
+#include "volcomp/volume/vdb_io.h"
 #include "tests/tools/programs.h"
 
 namespace volcomp {
@@ -29,6 +32,28 @@ std::set<std::string> gridNames(const fs::path& volume)
     std::set<std::string> names;
     for (auto it = file.beginName(); it != file.endName(); ++it) names.insert(*it);
     return names;
+}
+
+/// Whether two files hold the same voxels; what they say of their origin may differ.
+bool haveSameVoxels(const fs::path& a, const fs::path& b)
+{
+    openvdb::initialize();
+    const PackedVolume x = pack(readVolume(a)), y = pack(readVolume(b));
+    if (x.parts.size() != y.parts.size()) return false;
+    for (std::size_t p = 0; p < x.parts.size(); ++p) {
+        const PackedPart &one = x.parts[p], &other = y.parts[p];
+        if (one.blocks.size() != other.blocks.size() || one.has_colour != other.has_colour
+            || one.has_direction != other.has_direction)
+            return false;
+        const std::size_t bytes = PackedPart::voxelBytes(one.has_direction, one.has_colour);
+        for (std::size_t i = 0; i < one.blocks.size(); ++i) {
+            const PackedBlock &v = one.blocks[i], &w = other.blocks[i];
+            if (v.origin != w.origin || v.mask != w.mask
+                || std::memcmp(v.values, w.values, v.count * bytes) != 0)
+                return false;
+        }
+    }
+    return true;
 }
 
 TEST_F(Programs, SurfacesAreLeftOut)
@@ -59,9 +84,9 @@ TEST_F(Programs, ASceneWithoutASurfaceIsTheSceneThatHasNone)
         "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\ntranslate = [0, 0.5, 0]\n\n"
         "[[layer]]\nsurface = \"ground\"");
     ASSERT_EQ(compose("--leave-out wall").status, 0);
-    EXPECT_TRUE(readBody("volume.vdb") == readBody("one.vdb"));
+    EXPECT_TRUE(haveSameVoxels(path("volume.vdb"), path("one.vdb")));
     ASSERT_EQ(compose().status, 0);
-    EXPECT_FALSE(readBody("volume.vdb") == readBody("one.vdb"));
+    EXPECT_FALSE(haveSameVoxels(path("volume.vdb"), path("one.vdb")));
 }
 
 TEST_F(Programs, OnlyTheNamedBoxesAreBaked)

@@ -154,8 +154,10 @@ TEST_F(Programs, LevelsOfDetailAreWrittenAndRead)
     EXPECT_EQ(run("render", job + "-o c.png --threads 1").status, 0);
     EXPECT_TRUE(read("a.png") == read("c.png"));
 
-    ASSERT_EQ(compose().status, 0);
-    const Outcome stale = run("render", job + "-o d.png");
+    ASSERT_EQ(compose().status, 0); // the same volume again
+    EXPECT_EQ(run("render", job + "-o d.png").output.find("is not used"), std::string::npos);
+    ASSERT_EQ(compose("--voxel 0.021").status, 0);
+    const Outcome stale = run("render", job + "-o e.png");
     EXPECT_EQ(stale.status, 0);
     EXPECT_NE(stale.output.find("volume.level1.vdb is not used: it was made of another volume"),
               std::string::npos)

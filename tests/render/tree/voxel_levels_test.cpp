@@ -186,7 +186,11 @@ TEST_F(StoredLevels, OfSomethingElseAreNotRead)
     EXPECT_EQ(storedLevels(m_file, 1), 0);
     writeVoxelLevels(m_file, 1);
     EXPECT_EQ(storedLevels(m_file, 1), count);
-    writeVolume(m_file, strands());
+    writeVolume(m_file, strands()); // the same bytes again
+    EXPECT_EQ(storedLevels(m_file, 1), count);
+    Volume other = strands();
+    other.parts[0].density->tree().setValue(openvdb::Coord(0, 0, 0), 0.125f);
+    writeVolume(m_file, other);
     EXPECT_EQ(storedLevels(m_file, 1), 0);
 }
 
