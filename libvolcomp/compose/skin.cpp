@@ -89,7 +89,9 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
     }
     const double area = (c[1].p - c[0].p).cross(c[2].p - c[0].p).length() / 2; // voxels
     if (!(area > 0)) return;
-    const double density = -std::log(m_spec.transmittance) * area / voxel;
+    // Directed extinction takes a sheet that is seen face on for twice its density (MODEL section
+    // 3).
+    const double density = -0.5 * std::log(m_spec.transmittance) * area / voxel;
     CubeBatch& batch = tile.batch();
     int count = 0;
     divide(c[0], c[1], c[2], 1.0, [&](const Corner& p, double share) {

@@ -28,7 +28,8 @@ public:
 
     /// Adds one triangle to the tile whose first voxel is `tile_origin`. Points on the triangle,
     /// closer to each other than the voxels, each add a cube of one voxel for their part of the
-    /// area. The optical depth along the normal is -ln(SkinSpec::transmittance) for any voxel size.
+    /// area. The optical depth is -ln(SkinSpec::transmittance) under directed extinction for any
+    /// voxel size.
     /// What falls outside of the tile is left out. `voxel` is the edge in world units.
     void add(std::int32_t triangle, double voxel, const openvdb::Coord& tile_origin,
              TileAccumulator& tile) const;

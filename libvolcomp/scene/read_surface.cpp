@@ -67,7 +67,7 @@ void readSkin(TableReader& r, SkinSpec& skin)
     skin.maps =
         readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
     skin.transmittance = r.number(
-        {"skin_transmittance", "", "what the shell lets through along its normal, at tau = 1"},
+        {"skin_transmittance", "", "what the shell lets through at tau = 1, seen from any side"},
         skin.transmittance, {1e-30, 0.999});
     skin.depth = r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"},
                           skin.depth, {-1000, 1000});

@@ -23,7 +23,8 @@ struct SkinSpec {
     std::string material;        ///< name of a material of kind surface; empty: no skin
     Vec3d colour{1.0};           ///< linear RGB
     std::vector<MapFactor> maps; ///< factors on the colour
-    /// Mean transmittance along the normal, > 0 and < 1. The optical depth that a single ray meets
+    /// Mean transmittance of the shell under directed extinction, from any side, > 0 and < 1; its
+    /// root along the normal under isotropic extinction. The optical depth that a single ray meets
     /// depends on how the voxels lie, and is 0.4 of the mean at least.
     double transmittance = 1e-6;
     double depth = 0; ///< depth of the shell's middle below the surface, voxels

@@ -259,9 +259,10 @@ void run(Tool& tool, const Options& options)
     if (!options.sheet.empty()) requirePictureName(options.sheet);
     const Scene scene = sceneOf(tool, options);
     requireOutputs(tool, options, scene);
-    const auto [boxes, used] = tool.stage(
+    const ReadBoxes read = tool.stage(
         "read boxes", [&](const Progress& p) { return readBoxes(tool, scene, options, p); });
-    Recipe recipe = recipeFor(scene, options, used);
+    const std::vector<Box>& boxes = read.boxes;
+    Recipe recipe = recipeFor(scene, options, read.used);
     tool.stats["recipe"] = recipe.hash();
     PlaceOptions place_options;
     place_options.keep_uvs = !options.placements.empty();
