@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // volcomp-truth: the exact picture of a scene's geometry, and how far another picture is from it.
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -9,7 +8,8 @@
 #include <fmt/format.h>
 
 #include "tools/shared/leave_out.h"
-#include "tools/shared/settings.h"
+#include "tools/shared/numbers.h"
+#include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/error.h"
@@ -31,24 +31,29 @@ struct Options {
     int block = 4;
 };
 
-Scene sceneOf(const Options& options)
+Scene sceneOf(const Tool& tool, const Options& options)
 {
     Scene scene = readScene(options.scene);
+    for (const std::string& warning : scene.warnings) tool.warn(warning);
+    std::vector<NamedFile> outputs, inputs = filesOf(scene);
+    for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
+    inputs.push_back({"--compare", options.compared});
+    tool.requireFiles(inputs, outputs);
     leaveOut(scene, options.leave_out);
-    char rest = 0;
-    if (!options.size.empty()
-        && (std::sscanf(options.size.c_str(), "%dx%d%c", &scene.render.width, &scene.render.height,
-                        &rest)
-                != 2
-            || scene.render.width < 1 || scene.render.height < 1))
-        throw Error("--size: expected WIDTHxHEIGHT in pixels, such as 640x480, found '"
-                    + options.size + "'");
+    if (options.size.empty()) return scene;
+    const std::string expected = "WIDTHxHEIGHT in pixels, such as 640x480";
+    const std::size_t x = options.size.find('x');
+    const auto read = [&](const std::string& text) {
+        return readWhole("--size", text, expected, options.size);
+    };
+    scene.render.width = read(options.size.substr(0, x));
+    scene.render.height = read(x == options.size.npos ? "" : options.size.substr(x + 1));
     return scene;
 }
 
 Image makePicture(Tool& tool, const Options& options)
 {
-    Scene scene = sceneOf(options);
+    Scene scene = sceneOf(tool, options);
     const ExactScene exact = tool.stage(
         "grow and place", [&](const Progress& p) { return makeExactScene(std::move(scene), p); });
     tool.say(fmt::format("{} boxes, {} segments", exact.placed.boxes.size(), exact.segmentCount()));
@@ -100,6 +105,8 @@ void compare(Tool& tool, const Options& options, const Image& exact)
 void run(Tool& tool, const Options& options)
 {
     for (const fs::path& output : options.outputs) requirePictureName(output);
+    if (!options.known.empty() && !options.outputs.empty())
+        throw Error("--known: expected no -o beside it, as nothing is traced");
     if (options.outputs.empty() && options.compared.empty())
         throw Error("nothing to do: expected -o or --compare");
     const Image exact =
@@ -118,7 +125,7 @@ void addOptions(CLI::App& app, Options& options)
         ->allow_extra_args(false);
     app.add_option("--samples", options.params.samples, "Rays per pixel")
         ->capture_default_str()
-        ->check(CLI::Range(2, 1 << 24));
+        ->check(wholeNumber(2, 1 << 24));
     app.add_option("--seed", options.params.seed, "Of the random numbers")->capture_default_str();
     app.add_option("--size", options.size, "Size of the picture, pixels (default: the scene's)")
         ->type_name("WxH");
@@ -127,7 +134,7 @@ void addOptions(CLI::App& app, Options& options)
                    "Fibres of this radius in metres or more shade themselves, as solid bodies; 0: "
                    "none does")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(realNumber(0));
     app.add_option("--leave-out", options.leave_out,
                    "Without this surface and the layers on it; may be given more than once")
         ->type_name("SURFACE")
@@ -137,7 +144,7 @@ void addOptions(CLI::App& app, Options& options)
         ->type_name("PICTURE");
     app.add_option("--block", options.block, "Compare also in blocks of so many pixels a side")
         ->capture_default_str()
-        ->check(CLI::Range(1, 1024));
+        ->check(wholeNumber(1, 1024));
     app.add_option("--known", options.known,
                    "Take this exact picture, which an earlier run wrote, instead of tracing it")
         ->type_name("PICTURE.exr");
