@@ -11,6 +11,7 @@
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
+#include "tests/support/sanitizer.h"
 #include "tests/tools/programs.h"
 
 namespace volcomp {
@@ -272,6 +273,7 @@ TEST_F(Programs, NoVoxelIsAdvisedIfNoneFits)
 // With so little memory libraries fail before main() begins; above that every end has a message.
 TEST_F(Programs, TooLittleMemoryIsSaid)
 {
+    if (kSanitized) GTEST_SKIP() << "a sanitizer needs more address space than any limit";
     bakeAndCompose();
     const auto runWithin = [&](int kilobytes, const std::string& program,
                                const std::string& arguments) {
