@@ -50,12 +50,12 @@ void readCoding(const OIIO::ImageSpec& spec, ImageFile& image)
     double gamma = spec.get_float_attribute("oiio:Gamma", 0);
     if (gamma <= 0 && name.rfind("gamma", 0) == 0) gamma = std::atof(name.c_str() + 5);
     const bool floats = spec.format.is_floating_point();
-    if (name == "srgb") image.coding = ColourCoding::srgb;
-    else if (gamma > 0.05 && gamma < 20 && name.rfind("lin", 0) != 0) {
+    image.coding = ColourCoding::srgb;
+    if (name == "srgb") return;
+    if (gamma > 0.05 && gamma < 20 && name.rfind("lin", 0) != 0) {
         image.coding = gamma == 1 ? ColourCoding::linear : ColourCoding::gamma;
         image.gamma = gamma;
     } else if (name.find("lin") != std::string::npos || floats) image.coding = ColourCoding::linear;
-    else image.coding = ColourCoding::srgb;
 }
 
 /// A pixel's place by the file's own count.

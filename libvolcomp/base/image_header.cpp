@@ -79,8 +79,11 @@ std::string formatOf(const std::filesystem::path& file, const std::string& head)
     };
     if (starts("\x89PNG\r\n\x1a\n", 8)) return "png";
     if (starts("\x76\x2f\x31\x01", 4)) return "openexr";
-    if (starts("II*\0", 4) || starts("MM\0*", 4) || starts("II+\0", 4) || starts("MM\0+", 4))
-        return "tiff";
+    for (const auto& tiff : {std::array{'I', 'I', '*', '\0'},
+                             {'M', 'M', '\0', '*'},
+                             {'I', 'I', '+', '\0'},
+                             {'M', 'M', '\0', '+'}})
+        if (starts(tiff.data(), tiff.size())) return "tiff";
     if (starts("\xff\xd8\xff", 3)) return "jpeg";
     if (starts("#?RADIANCE", 10) || starts("#?RGBE", 6)) return "hdr";
     if (starts("BM", 2)) return "bmp";

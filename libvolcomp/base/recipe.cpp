@@ -69,7 +69,12 @@ void Recipe::addFile(std::string name, const std::filesystem::path& file)
 std::string Recipe::text() const
 {
     std::string text;
-    for (const auto& [name, value] : m_entries) text += name + kBetween + value + '\n';
+    for (const auto& [name, value] : m_entries) {
+        text += name;
+        text += kBetween;
+        text += value;
+        text += '\n';
+    }
     return text;
 }
 
