@@ -107,6 +107,7 @@ std::vector<Vertex> insertPoints(const std::vector<Vec3d>& polygon, int x, int y
     using Order =
         CGAL::Spatial_sort_traits_adapter_2<Kernel, CGAL::First_of_pair_property_map<Item>>;
     std::vector<Item> items;
+    items.reserve(polygon.size());
     for (const Vec3d& p : polygon)
         items.emplace_back(Kernel::Point_2(p[x], p[y]), static_cast<std::int32_t>(items.size()));
     CGAL::spatial_sort(items.begin(), items.end(), Order());

@@ -80,6 +80,7 @@ std::vector<Square> unitSquares(const Surface& surface, const std::string& place
         if (found.size() > kMostSquares) throw too_many();
     }
     std::vector<Square> squares;
+    squares.reserve(found.size());
     for (const Square& square : found) squares.push_back({square[1], square[0]});
     return squares;
 }
