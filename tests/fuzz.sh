@@ -17,6 +17,8 @@ declare -A runs=([checkpoint]=50000 [image]=8000 [mesh]=200000 [scene]=60000 [vd
 how=${1:-runs}
 shift || true
 build fuzz fuzzers
+scratch=${TMPDIR:-/tmp} # in memory if possible: each run writes a file
+if [ -w /dev/shm ]; then scratch=/dev/shm; fi
 mkdir -p build/fuzz/failed
 if [ $# -eq 0 ]; then set -- "${!runs[@]}"; fi
 result=0
@@ -32,8 +34,7 @@ for name in "$@"; do
     mkdir -p "$found"
     say "fuzz: $name"
     log=build/fuzz/$name.log
-    # TMPDIR in memory: each run writes a file.
-    TMPDIR=/dev/shm ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
+    TMPDIR=$scratch ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
         "build/fuzz/bin/${name}_fuzzer" "${options[@]}" "$found" "tests/fuzz/${name}_corpus" \
         -timeout=10 -rss_limit_mb=2560 -print_final_stats=1 \
         -artifact_prefix="build/fuzz/failed/$name-" >"$log" 2>&1 || {
