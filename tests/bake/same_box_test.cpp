@@ -137,7 +137,7 @@ TEST(SameBox, DoesNotDependOnTheProcessor)
         const std::string with = folder.read("with" + file),
                           without = folder.read("without" + file);
         ASSERT_GT(with.size(), 10000U);
-        // A VDB file starts with 21 bytes of header and 36 of a random identifier.
+        // A VDB file starts with 21 bytes of header and 36 of an identifier.
         EXPECT_TRUE(with.substr(57) == without.substr(57)) << name;
     }
 }

@@ -86,7 +86,7 @@ protected:
     std::filesystem::path path(const std::string& name) const { return m_folder / name; }
     void write(const std::string& name, const std::string& text) { m_folder.write(name, text); }
     std::string read(const std::string& name) const { return m_folder.read(name); }
-    /// Returns the bytes of a VDB file without its first 64, which hold a random identifier.
+    /// Returns the bytes of a VDB file without its first 64, which hold an identifier of the whole.
     std::string readBody(const std::string& name) const { return read(name).substr(64); }
     bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
     nlohmann::json readJson(const std::string& name) const

@@ -18,7 +18,7 @@ namespace volcomp {
 class SweptRays {
 public:
     /// The rays of a directional light, or of the pyramid of a point light that holds the direction
-    /// L to it. If `directed`, densities count as under fibre extinction.
+    /// L to it. If `directed`, densities count as under directed extinction.
     SweptRays(const VoxelTree& tree, const Light& light, const Vec3d& L, bool directed)
         : m_tree(tree), m_directed(directed), m_fans(light.kind != LightKind::directional), m_L(L),
           m_light(tree.toCorner(light.position))
