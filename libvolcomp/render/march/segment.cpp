@@ -5,14 +5,9 @@
 
 #include "volcomp/base/interval.h"
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/march/segment_light.h"
 
 namespace volcomp {
-namespace {
-
-struct WayToLight {
-    Vec3d direction; ///< unit, grid axes; zero at the light itself
-    double length;   ///< voxels; infinite for a directional light
-};
 
 WayToLight wayToLight(const Light& light, const Vec3d& p)
 {
@@ -22,58 +17,9 @@ WayToLight wayToLight(const Light& light, const Vec3d& p)
     return {length > 0 ? L / length : L, length};
 }
 
-// The transmittance to a light, the same in the whole segment, where little depends on it or the
-// sweep knows no better; empty if the light has to be looked at more closely. `weight` is the share
-// of the pixel that shows the segment.
-std::optional<double> approximateTransmittance(const MarchScene& scene, std::size_t light,
-                                               const RaySegment& segment, double weight,
-                                               LightOnRay& state)
-{
-    constexpr double kTrace = 0.001; // a segment of less weight takes the light of another
-    constexpr double kReuse = 2;     // that is not farther away than this, voxels
-    if (weight >= kTrace || !state.approximate
-        || std::abs(segment.t - state.approximate->t) > kReuse) {
-        const Vec3d middle = 0.5 * (segment.p_begin + segment.p_end);
-        const WayToLight way = wayToLight(scene.grid_lights[light], middle);
-        const auto found = scene.sweep->approximateTransmittance(light, segment.cell, middle,
-                                                                 way.direction, way.length);
-        if (!found) return {};
-        state.approximate = {segment.t, found->value, found->fine};
-    }
-    const LightOnRay::Approximate& known = *state.approximate;
-    if (known.fine && weight * known.transmittance >= ShadowSweep::kFineWeight) return {};
-    return known.transmittance;
-}
-
-// The light that reaches the segment and is sent to its begin, over what Shading::from_light has.
-// `opacity` is what the segment takes of the light that passes along the ray.
-double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
-                      double opacity, double weight, RayScratch& scratch)
-{
-    LightOnRay& state = scratch.lights[l];
-    const std::optional<double> depth_at_begin = state.depth_at_end;
-    state.depth_at_end.reset();
-    if (scene.params.shadows == Shadows::none) return opacity;
-    if (scene.params.integration == Integration::riemann)
-        return segment.delta
-            * std::exp(-depthToLight(scene, l, segment.cell, segment.p_begin, scratch.counts));
-    if (scene.sweep)
-        if (const auto passes = approximateTransmittance(scene, l, segment, weight, state))
-            return opacity * *passes;
-    const double a = depth_at_begin
-        ? *depth_at_begin
-        : depthToLight(scene, l, segment.cell, segment.p_begin, scratch.counts);
-    const double b = depthToLight(scene, l, segment.cell, segment.p_end, scratch.counts);
-    state.depth_at_end = b;
-    return segment.delta * segmentLight(a, segment.delta + b - a);
-}
-
-} // namespace
-
 void RayScratch::startRay(std::size_t light_count)
 {
     lights.assign(light_count, {});
-    last_end = -kInfinity;
     shading.keep_voxels = observer != nullptr;
 }
 
@@ -95,15 +41,10 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
         sample.normal += weight * shading.normal;
         sample.depth += weight * (0.5 * (segment.t + segment.end)) * scene.tree.voxelSize();
     }
-    const bool adjoins = segment.t == scratch.last_end;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Vec3d& from_light = shading.from_light[l];
-        if (!adjoins) scratch.lights[l].depth_at_end.reset();
-        if (!(from_light[0] + from_light[1] + from_light[2] > 0)) {
-            scratch.lights[l].depth_at_end.reset();
-            continue;
-        }
-        const double light = lightOfSegment(scene, l, segment, opacity, weight, scratch);
+        if (!(from_light[0] + from_light[1] + from_light[2] > 0)) continue;
+        const double light = lightOfSegment(scene, l, segment, opacity, sample, scratch);
         const Vec3d radiance = sample.transmittance * (light * from_light);
         sample.radiance += radiance;
         if (scene.params.aovs) scratch.light_radiance[l] += radiance;
@@ -116,7 +57,6 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
         (*scratch.observer)(*seen);
     }
     if (!sums) sample.transmittance *= std::exp(-segment.delta);
-    scratch.last_end = segment.end;
 }
 
 double depthToLight(const MarchScene& scene, std::size_t light, const int* cell, const Vec3d& p,

@@ -37,6 +37,9 @@ struct RaySegment {
     double t, end;        ///< along the ray, voxels
     Vec3d p_begin, p_end; ///< corner coordinates
     int cell[3];          ///< the voxel that holds its middle, lowest corner
+    /// Density along it over its mean: the sum of profile[n] u^n, u from 0 at its begin to 1 at its
+    /// end.
+    double profile[4] = {1, 0, 0, 0};
 };
 
 /// What an observer learns of one light in one segment.
@@ -60,8 +63,6 @@ using RayObserver = std::function<void(const SeenSegment&)>;
 
 /// One light along one camera ray, from segment to segment.
 struct LightOnRay {
-    /// Optical depth to the light at the end of the last segment, if that segment needed it.
-    std::optional<double> depth_at_end;
     /// What the sweep said without marching, and where on the ray.
     struct Approximate {
         double t, transmittance;
@@ -78,8 +79,7 @@ struct RayScratch {
 
     // From segment to segment of one ray:
     std::vector<LightOnRay> lights;
-    double last_end = 0; ///< where the last segment ended
-    Shading shading;     ///< of the segment at hand
+    Shading shading; ///< of the segment at hand
 
     /// Forgets the segments of the last ray, not its counts and sums.
     void startRay(std::size_t light_count);
@@ -87,10 +87,17 @@ struct RayScratch {
 
 /// Adds a segment with the shading in `scratch.shading` to the sample, behind what that has seen.
 ///
-/// Exact: the light in it is taken as linear in optical depth from its begin to its end (MODEL
-/// section 3). Sums: the printed sum (4), whose sample is attenuated by its own optical depth.
+/// Exact: its light is summed over it by segment_light.h. Sums: the printed sum (4), whose sample
+/// is attenuated by its own optical depth.
 void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& sample,
                 RayScratch& scratch);
+
+struct WayToLight {
+    Vec3d direction; ///< unit, grid axes; zero at the light itself
+    double length;   ///< voxels; infinite for a directional light
+};
+/// The way from p (corner coordinates) to a light of MarchScene::grid_lights.
+WayToLight wayToLight(const Light& light, const Vec3d& p);
 
 /// Optical depth from p (corner coordinates), in voxel `cell` or on its faces, to a light: swept if
 /// the sweep is used and knows it, otherwise along a ray. 0 at the light itself.

@@ -174,7 +174,29 @@ struct CellPiece {
     int cell[3];
     double t, end;
     double depths[8];
+    double densities[8]; ///< of the corners, as the ray sees them
 };
+
+// Finds RaySegment::profile: the cubic polynomial through four densities along the ray. `delta` is
+// the piece's optical depth.
+void findProfile(const MarchScene& scene, const MarchRay& r, const CellPiece& piece, double delta,
+                 double* profile)
+{
+    double rho[4];
+    for (int i = 0; i < 4; ++i) {
+        const Vec3d p = r.at(piece.t + (piece.end - piece.t) * (i / 3.0));
+        const double x = p[0] - piece.cell[0], y = p[1] - piece.cell[1], z = p[2] - piece.cell[2];
+        rho[i] = 0;
+        for (int k = 0; k < 8; ++k)
+            rho[i] += piece.densities[k] * (k >> 2 ? x : 1 - x) * (k >> 1 & 1 ? y : 1 - y)
+                * (k & 1 ? z : 1 - z);
+    }
+    const double scale = scene.extinction * (piece.end - piece.t) / delta;
+    profile[0] = scale * rho[0];
+    profile[1] = scale * (-5.5 * rho[0] + 9 * rho[1] - 4.5 * rho[2] + rho[3]);
+    profile[2] = scale * (9 * rho[0] - 22.5 * rho[1] + 18 * rho[2] - 4.5 * rho[3]);
+    profile[3] = scale * 4.5 * (-rho[0] + 3 * rho[1] - 3 * rho[2] + rho[3]);
+}
 
 // Adds the segment. Each centre's particles are shaded with that centre's direction and colour; the
 // cell shows their mean, weighted by the optical depth that each adds (exact, since the density is
@@ -191,15 +213,15 @@ void addCell(const MarchScene& scene, const MarchRay& r, const Vec3d& direction,
         cornerVoxel(piece.cell, k, seen.cell);
         shadeVoxel(scene, seen, middle, -direction, scratch.shading);
     }
-    addSegment(
-        scene,
-        {delta,
-         piece.t,
-         piece.end,
-         r.at(piece.t) + half,
-         r.at(piece.end) + half,
-         {int(std::floor(middle[0])), int(std::floor(middle[1])), int(std::floor(middle[2]))}},
-        sample, scratch);
+    RaySegment segment{
+        delta,
+        piece.t,
+        piece.end,
+        r.at(piece.t) + half,
+        r.at(piece.end) + half,
+        {int(std::floor(middle[0])), int(std::floor(middle[1])), int(std::floor(middle[2]))}};
+    if (scene.params.shadows != Shadows::none) findProfile(scene, r, piece, delta, segment.profile);
+    addSegment(scene, segment, sample, scratch);
 }
 
 HWY_FLATTEN double depth(const MarchScene& scene, const MarchRay& r, const Vec3d& direction)
@@ -224,6 +246,7 @@ HWY_FLATTEN void trace(const MarchScene& scene, const MarchRay& r, const Vec3d& 
                              span.cell[2] + (offset & 7)},
                             way.times[i],
                             std::min(way.times[i + 1], r.t1),
+                            {},
                             {}};
             float rho[8];
             // Rays to lights gather, too: the place may hold another block by now.
@@ -233,8 +256,9 @@ HWY_FLATTEN void trace(const MarchScene& scene, const MarchRay& r, const Vec3d& 
             cornerWeights(r.o, r.d, piece.cell, piece.t, piece.end, piece.depths);
             double delta = 0;
             for (int k = 0; k < 8; ++k) {
-                piece.depths[k] *= scene.extinction
-                    * effectiveDensity(scene, dual.corner(span.leaf, offset, k), rho[k], direction);
+                piece.densities[k] =
+                    effectiveDensity(scene, dual.corner(span.leaf, offset, k), rho[k], direction);
+                piece.depths[k] *= scene.extinction * piece.densities[k];
                 delta += piece.depths[k];
             }
             if (!(delta > 0)) continue;

@@ -43,6 +43,7 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
             job.field.lattice = directional
                 ? LightLattice::parallel(tree.directionToCorner(light.direction), kSpacing)
                 : LightLattice::fan(tree.toCorner(light.position), side / 2, side % 2 ? 1 : -1);
+            if (directional) alignWithColumns(tree, job.field);
         }
         m_directional.push_back(directional);
         m_field_of.push_back({-1, -1, -1, -1, -1, -1});
@@ -57,6 +58,17 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
             m_field_of[job.light][job.side] = int(m_fields.size());
             m_fields.push_back(std::move(job.field));
         }
+}
+
+void ShadowSweep::alignWithColumns(const VoxelTree& tree, Field& field)
+{
+    LightLattice& l = field.lattice;
+    const openvdb::CoordBBox& box = tree.bounds();
+    const double extent = box.dim()[l.a];
+    l.keepOffFaces(l.sign * (box.min()[l.a] + 0.5 * extent));
+    // Rays that stray this far on their way through the volume stay in their column.
+    for (int axis = 0; axis < 2; ++axis)
+        field.in_columns[axis] = std::abs(l.slope[axis]) * 0.5 * extent < 0.25 * l.spacing0;
 }
 
 const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L) const
@@ -107,6 +119,17 @@ private:
         inside = std::min(std::max(ray - whole * kStep, 0.0), kStep - 1e-9);
     }
 };
+
+/// The number of the ray whose light is that of column `x` on the plane at s, if the rays stay in
+/// their columns of voxels: `ray`, which lies at x, if the rays before and behind it are in the
+/// same column; otherwise the one of the two that is in the column of x.
+double rayOfColumn(double ray, double x, double spacing)
+{
+    const double before = std::floor(ray), column = std::floor(x);
+    const bool has_before = std::floor(x - (ray - before) * spacing) == column,
+               has_behind = std::floor(x + (before + 1 - ray) * spacing) == column;
+    return has_before == has_behind ? ray : has_before ? before : before + 1;
+}
 
 /// The code at (u, v), linear between the four codes around it; the strides lead to the next code.
 double interpolate(const std::uint8_t* codes, int stride_u, int stride_v, double u, double v)
@@ -175,8 +198,15 @@ std::optional<ShadowSweep::Path> ShadowSweep::pathToLight(std::size_t light, con
     if (patch == kBright) return Path{to_plane, 0};
     if (patch == kDark) return Path{to_plane, 2 * m_darkest};
     constexpr double kLeastCode = 0.25; // for code 0, which is anything below 0.5
-    const double code =
-        interpolate(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1, place.u, place.v);
+    const LightLattice& l = f->lattice;
+    const auto ray = [&](int axis, int a, double number) {
+        constexpr double kLast = kBundle - 1e-9;
+        return f->in_columns[axis]
+            ? std::min(kLast, rayOfColumn(number, p[a] + to_plane * L[a], l.spacing(s)))
+            : number;
+    };
+    const double code = interpolate(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1,
+                                    ray(0, l.b, place.u), ray(1, l.c, place.v));
     return Path{to_plane, -2 * std::log(std::max(code, kLeastCode) * (1.0 / 255))};
 }
 

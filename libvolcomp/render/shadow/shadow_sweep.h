@@ -107,6 +107,9 @@ private:
     /// What is kept of a directional light, or of one of a point light's pyramids.
     struct Field {
         LightLattice lattice;
+        /// By axis b and c: the rays go along the columns of voxels and leave none. Then a point
+        /// takes the light of the rays in its own column: that of its neighbours is another.
+        bool in_columns[2] = {false, false};
         double first_s = 0; ///< s of the first plane; there is one every kLeafDim
         std::vector<Plane> planes;
         /// By plane and bundle: kUnknown, kDark, kBright, or 2 x (place in `codes` in kUnit) + (1
@@ -129,6 +132,8 @@ private:
     };
     class Sweeper;
 
+    /// Moves the rays of a directional light off the faces of voxels; sets Field::in_columns.
+    static void alignWithColumns(const VoxelTree& tree, Field& field);
     const Field* fieldOf(std::size_t light, const Vec3d& L) const;
 
     const VoxelTree& m_tree;

@@ -28,7 +28,13 @@ public:
         m_b = m_a == 0 ? 1 : 0;
         m_c = m_a == 2 ? 1 : 2;
         m_sign = L[m_a] < 0 ? 1 : -1;
-        if (!m_fans) return;
+        if (!m_fans) {
+            const int low = tree.bounds().min()[m_a], size = tree.bounds().dim()[m_a];
+            m_s0 = m_sign * (low + 0.5 * size);
+            for (const int axis : {m_b, m_c})
+                m_in_columns[axis] = std::abs(L[axis] / L[m_a]) * 0.5 * size < 1.0 / 6;
+            return;
+        }
         m_s0 = m_sign * m_light[m_a];
         // The plane behind the last leaf that the pyramid reaches. There the rays are as far apart
         // as they may be.
@@ -61,20 +67,32 @@ public:
         const auto slope = [&](int axis) { return m_fans ? 0 : -m_L[axis] / std::abs(m_L[m_a]); };
         const double u = (q[m_b] - zero(m_b) - slope(m_b) * (s - m_s0)) / spacing,
                      v = (q[m_c] - zero(m_c) - slope(m_c) * (s - m_s0)) / spacing;
+        const auto position = [&](int axis, double number) {
+            return zero(axis) + slope(axis) * (s - m_s0) + number * spacing;
+        };
+        // If rays stay in their columns, one in another column does not count.
+        const auto weight = [&](int axis, double number, double ray) {
+            const auto isIn = [&](double r) {
+                return stride > 1 || !m_in_columns[axis]
+                    || std::floor(position(axis, r)) == std::floor(q[axis]);
+            };
+            const double other = 2 * std::floor(number) + 1 - ray;
+            return !isIn(ray) ? 0 : !isIn(other) ? 1 : 1 - std::abs(number - ray);
+        };
         double sum = 0;
         for (int k = 0; k < 4; ++k) {
             const double i = std::floor(u) + (k >> 1), j = std::floor(v) + (k & 1);
             Vec3d x;
             x[m_a] = m_sign * s;
-            x[m_b] = zero(m_b) + slope(m_b) * (s - m_s0) + i * spacing;
-            x[m_c] = zero(m_c) + slope(m_c) * (s - m_s0) + j * spacing;
-            sum += (1 - std::abs(u - i)) * (1 - std::abs(v - j)) * 255 * std::exp(-0.5 * depth(x));
+            x[m_b] = position(m_b, i);
+            x[m_c] = position(m_c, j);
+            sum += weight(m_b, u, i) * weight(m_c, v, j) * 255 * std::exp(-0.5 * depth(x));
         }
         return sum;
     }
 
 private:
-    double zero(int axis) const { return m_fans ? m_light[axis] : 0; }
+    double zero(int axis) const { return m_fans ? m_light[axis] : 1.0 / 6; }
     // The optical depth from x to the light. The light's direction at a leaf is that at its middle.
     double depth(const Vec3d& x) const
     {
@@ -97,6 +115,7 @@ private:
     const bool m_directed, m_fans;
     const Vec3d m_L, m_light;
     int m_a = 0, m_b = 1, m_c = 2, m_sign = 1;
+    bool m_in_columns[3] = {};
     double m_s0 = 0, m_widening = 0;
 };
 
