@@ -63,6 +63,13 @@ using RayObserver = std::function<void(const SeenSegment&)>;
 
 /// One light along one camera ray, from segment to segment.
 struct LightOnRay {
+    /// The optical depth to the light where it was looked up last in the middle of a segment, and
+    /// how fast it changed to there from the time before.
+    struct Before {
+        double t, depth; ///< t along the ray, voxels
+        double slope;    ///< per voxel; not finite at the first place
+    };
+    std::optional<Before> before;
     /// What the sweep said without marching, and where on the ray.
     struct Approximate {
         double t, transmittance;

@@ -48,19 +48,22 @@ public:
 
     /// Returns the sum. What it is multiplied by in the pixel is `scale`, and the pixel shows
     /// `shown` before it.
-    double integrate(double scale, double shown, const Tolerance& tolerance)
+    double integrate(double scale, double shown, const Tolerance& tolerance, LightOnRay& state)
     {
         m_scale = scale;
         m_shown = shown;
         m_tolerance = tolerance;
         const double most = m_scale * m_opacity; // what the segment adds if nothing shades it
-        if (most < limit(m_tolerance.constant, m_shown + most)) return opaqueLight(lookUp(0.5));
+        const Known middle = lookUp(0.5);
+        const double guess = slopeAlongRay(middle, state);
+        if (most < limit(m_tolerance.constant, m_shown + most)) return piece(0, 1, middle, guess);
         double ends[5] = {0}; // of the pieces, as shares of what the segment shows
         const int pieces = 1 + findCuts(ends + 1);
+        if (pieces == 1) return integrate(0, 1, middle, guess, 0);
         ends[pieces] = 1;
         double sum = 0;
         for (int i = 0; i < pieces; ++i)
-            sum += integrate(ends[i], ends[i + 1], lookUp(0.5 * (ends[i] + ends[i + 1])), 0, 0);
+            sum += integrate(ends[i], ends[i + 1], lookUp(0.5 * (ends[i] + ends[i + 1])), guess, 0);
         return sum;
     }
     /// The share of the segment's own depth before the share v of what it shows.
@@ -94,7 +97,24 @@ private:
     {
         return fraction * shown + m_tolerance.floor;
     }
-    double opaqueLight(const Known& known) const { return m_opacity * std::exp(-known.depth); }
+
+    // How the depth to the light changes with the share of the segment's depth, if the last places
+    // on the ray lie on a line with its middle, as they do in a homogeneous body; 0 if not. Updates
+    // the state.
+    double slopeAlongRay(const Known& middle, LightOnRay& state) const
+    {
+        constexpr double kSame = 1e-6;
+        const double length = m_segment.end - m_segment.t,
+                     t = m_segment.t + length * placeAtShare(m_segment, middle.x);
+        LightOnRay::Before now{t, middle.depth, kInfinity};
+        bool same = false;
+        if (state.before && t > state.before->t) {
+            now.slope = (now.depth - state.before->depth) / (t - state.before->t);
+            same = std::abs(now.slope - state.before->slope) <= kSame * (1 + std::abs(now.slope));
+        }
+        state.before = now;
+        return same ? now.slope * length : 0;
+    }
 
     // Finds where the segment has to be cut if the light comes nearly along an axis: where its way
     // begins to leave the column of voxels before it leaves the volume. Behind that the depth goes
@@ -138,7 +158,13 @@ private:
     {
         const double x0 = shareOfDepth(v0), x1 = shareOfDepth(v1),
                      simple = piece(x0, x1, middle, guess), shown = m_shown + m_scale * simple;
-        if (level == m_tolerance.levels || m_scale * simple < limit(m_tolerance.constant, shown))
+        // The light may be found at places that are as much brighter as a voxel of this density is
+        // dark. The sweep is not so exact, and pieces of a piece have seen its neighbours.
+        const double brighter =
+            level > 0 || m_scene.sweep ? 0 : m_segment.delta / (m_segment.end - m_segment.t);
+        const double most = std::max(
+            simple, m_opacity * (v1 - v0) * std::exp(std::min(0.0, brighter - middle.depth)));
+        if (level == m_tolerance.levels || m_scale * most < limit(m_tolerance.constant, shown))
             return simple;
         const double third = (v1 - v0) / 3, va = v0 + third, vb = v1 - third, xa = shareOfDepth(va),
                      xb = shareOfDepth(vb);
@@ -205,7 +231,8 @@ double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& 
             return opacity * *passes;
     const double total = from_light[0] + from_light[1] + from_light[2],
                  shown = (sample.radiance[0] + sample.radiance[1] + sample.radiance[2]) / total;
-    return sum.integrate(sample.transmittance, shown, scene.sweep ? kSweptLight : kExactLight);
+    return sum.integrate(sample.transmittance, shown, scene.sweep ? kSweptLight : kExactLight,
+                         scratch.lights[l]);
 }
 
 double placeAtShare(const RaySegment& segment, double x)
