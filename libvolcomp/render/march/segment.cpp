@@ -59,32 +59,67 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
     if (!sums) sample.transmittance *= std::exp(-segment.delta);
 }
 
+namespace {
+
+// The optical depth with the box filter along a short ray that begins in voxel `cell` or on its
+// faces.
+double shortDepth(const MarchScene& scene, std::size_t light, const int* cell, const Vec3d& p,
+                  const Vec3d& L, double way, const Vec3d& d_world)
+{
+    const MarchRay r = scene.lights[light].kind == LightKind::directional
+        ? scene.light_rays[light].from(p, way)
+        : MarchRay(scene.tree, p, L, way).from(p, way);
+    return exactShortDepth(scene, r, cell, d_world);
+}
+
+// The depth with the trilinear filter, of which the sweep knows what lies beyond a plane, with the
+// box filter. The plane lies between two layers of voxel centres. From the next layer of centres on
+// the two filters add up to the same, so the way is marched to there, and what the box filter has
+// between the two is taken away.
+double trilinearSweptDepth(const MarchScene& scene, std::size_t light, const Vec3d& p,
+                           const WayToLight& to, const ShadowSweep::Path& swept,
+                           const Vec3d& d_world)
+{
+    const Vec3d& L = to.direction;
+    const double to_centres = 0.5 / std::abs(L[largestAxis(L)]),
+                 more = std::min(to_centres, to.length - swept.march);
+    double beyond = swept.beyond;
+    if (more > 0 && beyond < scene.darkest()) {
+        // A little behind the plane, so that rounding does not choose the voxel before it.
+        const Vec3d start = p + (swept.march + 1e-9) * L;
+        int cell[3];
+        for (int a = 0; a < 3; ++a) cell[a] = int(std::floor(start[a]));
+        beyond -= shortDepth(scene, light, cell, start, L, more, d_world);
+    }
+    return std::max(0.0, beyond)
+        + depthAlong(scene, MarchRay(*scene.dual, p - Vec3d(0.5), L, swept.march + more), d_world);
+}
+
+} // namespace
+
 double depthToLight(const MarchScene& scene, std::size_t light, const int* cell, const Vec3d& p,
                     RayCounts& counts)
 {
     const WayToLight to = wayToLight(scene.grid_lights[light], p);
     if (!(to.length > 0)) return 0;
-    double way = to.length, beyond = 0;
     const auto swept = scene.sweep
         ? scene.sweep->pathToLight(light, cell, p, to.direction, to.length)
         : std::nullopt;
     if (!swept) ++counts.shadow_rays;
-    else {
-        way = swept->march;
-        beyond = swept->beyond;
-        if (!(way > 0)) return beyond;
-    }
     const Vec3d d_world = scene.tree.directionToWorld(to.direction);
-    if (scene.dual)
-        return beyond
-            + depthAlong(scene, MarchRay(*scene.dual, p - Vec3d(0.5), to.direction, way), d_world);
     if (swept && scene.params.integration == Integration::exact) {
-        const MarchRay r = scene.lights[light].kind == LightKind::directional
-            ? scene.light_rays[light].from(p, way)
-            : MarchRay(scene.tree, p, to.direction, way).from(p, way);
-        return beyond + exactShortDepth(scene, r, cell, d_world);
+        if (scene.dual) return trilinearSweptDepth(scene, light, p, to, *swept, d_world);
+        return swept->march > 0
+            ? swept->beyond + shortDepth(scene, light, cell, p, to.direction, swept->march, d_world)
+            : swept->beyond;
     }
-    return beyond + depthAlong(scene, MarchRay(scene.tree, p, to.direction, way), d_world);
+    const double way = swept ? swept->march : to.length, beyond = swept ? swept->beyond : 0;
+    if (!(way > 0)) return beyond;
+    return beyond
+        + depthAlong(scene,
+                     scene.dual ? MarchRay(*scene.dual, p - Vec3d(0.5), to.direction, way)
+                                : MarchRay(scene.tree, p, to.direction, way),
+                     d_world);
 }
 
 double segmentLight(double a, double x)
