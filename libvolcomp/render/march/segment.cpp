@@ -103,7 +103,7 @@ double depthToLight(const MarchScene& scene, std::size_t light, const int* cell,
     const WayToLight to = wayToLight(scene.grid_lights[light], p);
     if (!(to.length > 0)) return 0;
     const auto swept = scene.sweep
-        ? scene.sweep->pathToLight(light, cell, p, to.direction, to.length)
+        ? scene.sweep->pathToLight(light, cell, p, to.direction, to.length, scene.dual != nullptr)
         : std::nullopt;
     if (!swept) ++counts.shadow_rays;
     const Vec3d d_world = scene.tree.directionToWorld(to.direction);

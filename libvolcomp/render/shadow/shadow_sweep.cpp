@@ -120,25 +120,60 @@ private:
     }
 };
 
-/// The number of the ray whose light is that of column `x` on the plane at s, if the rays stay in
-/// their columns of voxels: `ray`, which lies at x, if the rays before and behind it are in the
-/// same column; otherwise the one of the two that is in the column of x.
-double rayOfColumn(double ray, double x, double spacing)
+/// Two rays of a patch along one axis, by number, and how much the second counts.
+struct RayPair {
+    int first, second;
+    double part;
+};
+
+/// The rays before and behind a place.
+RayPair raysAround(double number)
 {
-    const double before = std::floor(ray), column = std::floor(x);
-    const bool has_before = std::floor(x - (ray - before) * spacing) == column,
-               has_behind = std::floor(x + (before + 1 - ray) * spacing) == column;
-    return has_before == has_behind ? ray : has_before ? before : before + 1;
+    const int first = int(number);
+    return {first, first + 1, number - first};
 }
 
-/// The code at (u, v), linear between the four codes around it; the strides lead to the next code.
-double interpolate(const std::uint8_t* codes, int stride_u, int stride_v, double u, double v)
+/// If the rays stay in their columns of voxels, those whose light is that of a place x, which lies
+/// at ray `number`. With the box filter a ray in another column does not count. With the trilinear
+/// filter the columns whose centres are around x count, each as one ray in it has it; at a patch's
+/// border a ray of the patch has to do for one outside of it.
+RayPair raysOfColumns(double number, double x, double spacing, bool trilinear)
 {
-    const int i = int(u), j = int(v);
-    const std::uint8_t* c = codes + i * stride_u + j * stride_v;
-    const double x = u - i, y = v - j;
-    return (1 - x) * ((1 - y) * c[0] + y * c[stride_v])
-        + x * ((1 - y) * c[stride_u] + y * c[stride_u + stride_v]);
+    if (trilinear) {
+        const double before = std::floor(x - 0.5) + 0.5; // a centre
+        const auto nearest = [&](double centre) {
+            return std::clamp(int(std::lround(number + (centre - x) / spacing)), 0,
+                              RayBundle::kSide - 1);
+        };
+        return {nearest(before), nearest(before + 1), x - before};
+    }
+    RayPair rays = raysAround(number);
+    const auto isInColumn = [&](int ray) {
+        return std::floor(x + (ray - number) * spacing) == std::floor(x);
+    };
+    if (!isInColumn(rays.first)) rays.first = rays.second;
+    else if (!isInColumn(rays.second)) rays.second = rays.first;
+    return rays;
+}
+
+double codeItself(std::uint8_t code) { return code; }
+
+/// The optical depth of a code.
+double depthOf(double code)
+{
+    constexpr double kLeastCode = 0.25; // for code 0, which is anything below 0.5
+    return -2 * std::log(std::max(code, kLeastCode) * (1.0 / 255));
+}
+
+/// What `value` makes of a code, between those of two rays along each axis; the strides lead to the
+/// next code.
+template <class F>
+double interpolate(const std::uint8_t* codes, int stride_u, int stride_v, const RayPair& u,
+                   const RayPair& v, F&& value)
+{
+    const auto code = [&](int i, int j) { return value(codes[i * stride_u + j * stride_v]); };
+    return (1 - u.part) * ((1 - v.part) * code(u.first, v.first) + v.part * code(u.first, v.second))
+        + u.part * ((1 - v.part) * code(u.second, v.first) + v.part * code(u.second, v.second));
 }
 
 } // namespace
@@ -155,9 +190,10 @@ ShadowSweep::Field::roughCode(int plane, const Vec3d& p, const Vec3d& L, double 
     const std::uint8_t* c = &codes[std::size_t(at >> 1) * kUnit];
     const double u = place.u * (1.0 / kStride), v = place.v * (1.0 / kStride);
     const bool fine = at & 1;
-    return RoughCode{fine ? interpolate(c, kStride * kSide, kStride, u, v)
-                          : interpolate(c, kRoughSide, 1, u, v),
-                     fine};
+    return RoughCode{
+        fine ? interpolate(c, kStride * kSide, kStride, raysAround(u), raysAround(v), codeItself)
+             : interpolate(c, kRoughSide, 1, raysAround(u), raysAround(v), codeItself),
+        fine};
 }
 
 std::optional<ShadowSweep::CoarseTransmittance>
@@ -183,7 +219,7 @@ ShadowSweep::approximateTransmittance(std::size_t light, const int* cell, const 
 
 std::optional<ShadowSweep::Path> ShadowSweep::pathToLight(std::size_t light, const int* cell,
                                                           const Vec3d& p, const Vec3d& L,
-                                                          double distance) const
+                                                          double distance, bool trilinear) const
 {
     const Field* f = fieldOf(light, L);
     if (!f) return std::nullopt;
@@ -197,17 +233,18 @@ std::optional<ShadowSweep::Path> ShadowSweep::pathToLight(std::size_t light, con
     if (patch == kUnknown || (patch >= 0 && !(patch & 1))) return std::nullopt;
     if (patch == kBright) return Path{to_plane, 0};
     if (patch == kDark) return Path{to_plane, 2 * m_darkest};
-    constexpr double kLeastCode = 0.25; // for code 0, which is anything below 0.5
     const LightLattice& l = f->lattice;
-    const auto ray = [&](int axis, int a, double number) {
-        constexpr double kLast = kBundle - 1e-9;
+    const auto rays = [&](int axis, int a, double number) {
         return f->in_columns[axis]
-            ? std::min(kLast, rayOfColumn(number, p[a] + to_plane * L[a], l.spacing(s)))
-            : number;
+            ? raysOfColumns(number, p[a] + to_plane * L[a], l.spacing(s), trilinear)
+            : raysAround(number);
     };
-    const double code = interpolate(&f->codes[std::size_t(patch >> 1) * kUnit], kSide, 1,
-                                    ray(0, l.b, place.u), ray(1, l.c, place.v));
-    return Path{to_plane, -2 * std::log(std::max(code, kLeastCode) * (1.0 / 255))};
+    const std::uint8_t* codes = &f->codes[std::size_t(patch >> 1) * kUnit];
+    const RayPair u = rays(0, l.b, place.u), v = rays(1, l.c, place.v);
+    // Between columns the trilinear filter interpolates densities, so also their sums.
+    if (trilinear && (f->in_columns[0] || f->in_columns[1]))
+        return Path{to_plane, interpolate(codes, kSide, 1, u, v, depthOf)};
+    return Path{to_plane, depthOf(interpolate(codes, kSide, 1, u, v, codeItself))};
 }
 
 std::size_t ShadowSweep::memoryBytes() const

@@ -65,9 +65,11 @@ public:
     struct Path {
         double march, beyond;
     };
-    /// The same question, answered precisely. Nothing if no patch with all rays is kept there.
+    /// The same question, answered precisely. Nothing if no patch with all rays is kept there. Rays
+    /// see the box filter; if the light goes along an axis, `trilinear` interpolates between
+    /// columns of voxels, as that filter does.
     std::optional<Path> pathToLight(std::size_t light, const int* cell, const Vec3d& p,
-                                    const Vec3d& L, double distance) const;
+                                    const Vec3d& L, double distance, bool trilinear = false) const;
 
     std::size_t memoryBytes() const;
 

@@ -341,7 +341,8 @@ TEST(ShadowSweep, TheWayToThePlaneIsExact)
             for (int i = 0; i < 1000; ++i) {
                 const std::size_t l = i % lights.size();
                 const Query q(tree, lights[l], random);
-                const auto path = sweep.pathToLight(l, q.cell, q.p, q.L, q.distance);
+                const auto path =
+                    sweep.pathToLight(l, q.cell, q.p, q.L, q.distance, filter == Filter::trilinear);
                 if (!path) continue;
                 ++known;
                 // With the trilinear filter to the next layer of centres, of which `beyond` has the
