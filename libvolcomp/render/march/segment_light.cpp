@@ -57,7 +57,7 @@ public:
         const Known middle = lookUp(0.5);
         const double guess = slopeAlongRay(middle, state);
         if (most < limit(m_tolerance.constant, m_shown + most)) return piece(0, 1, middle, guess);
-        double ends[5] = {0}; // of the pieces, as shares of what the segment shows
+        double ends[5] = {0}; // of the pieces (4 at most), as shares of what the segment shows
         const int pieces = 1 + findCuts(ends + 1);
         if (pieces == 1) return integrate(0, 1, middle, guess, 0);
         ends[pieces] = 1;
