@@ -25,7 +25,9 @@ struct Tolerance {
                      ///< were opaque and lit
     int levels;      ///< how often a piece is cut in three, at most
 };
-constexpr Tolerance kExactLight{0.01, 0.003, 0.1, 1e-4, 5}, kSweptLight{0.15, 0.03, 1, 1e-4, 1};
+// Under the trilinear filter light falls off fastest where fog begins, in a corner of its cell.
+constexpr Tolerance kExactLight{0.01, 0.003, 0.1, 1e-4, 5}, kSweptLight{0.15, 0.03, 1, 1e-4, 1},
+    kSweptTrilinearLight{0.15, 0.03, 1, 1e-4, 2};
 
 /// A place in the segment where the optical depth to the light is known.
 struct Known {
@@ -231,7 +233,10 @@ double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& 
             return opacity * *passes;
     const double total = from_light[0] + from_light[1] + from_light[2],
                  shown = (sample.radiance[0] + sample.radiance[1] + sample.radiance[2]) / total;
-    return sum.integrate(sample.transmittance, shown, scene.sweep ? kSweptLight : kExactLight,
+    return sum.integrate(sample.transmittance, shown,
+                         !scene.sweep     ? kExactLight
+                             : scene.dual ? kSweptTrilinearLight
+                                          : kSweptLight,
                          scratch.lights[l]);
 }
 
