@@ -275,4 +275,21 @@ Surface loadSurface(const SurfaceSpec& spec)
                    spec.mesh.empty() ? "surface '" + spec.name + "'" : spec.mesh.string());
 }
 
+SecondDensity loadSkinMaps(const SurfaceSpec& spec, const Surface& surface)
+{
+    if (spec.skin.material.empty()) return {};
+    SecondDensity maps(spec.skin.maps, true);
+    if (maps.usesUv() && !surface.hasUv())
+        throw Error(
+            "surface '" + spec.name
+            + "': its skin_map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+    return maps;
+}
+
+Vec3f skinColour(const SkinSpec& skin, const SecondDensity& maps, const SurfacePoint& at)
+{
+    const Vec3f c(skin.colour), map = maps.colour(at.uv, at.position);
+    return {c[0] * map[0], c[1] * map[1], c[2] * map[2]};
+}
+
 } // namespace volcomp

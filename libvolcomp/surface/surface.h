@@ -13,16 +13,27 @@
 #include "volcomp/surface/surface_walk.h"
 #include "volcomp/surface/terrain.h"
 #include "volcomp/base/vec.h"
+#include "volcomp/base/words.h"
 
 namespace volcomp {
 
 class SurfaceTree;
 
-/// A thin opaque shell of voxels on the surface, so that nobody sees through the fur.
+/// What a skin is made of.
+enum class SkinAs {
+    mesh,  ///< the surface itself, traced beside the volume
+    voxels ///< a thin opaque shell of voxels in the volume, for other programs
+};
+constexpr Word<SkinAs> kSkinAsWords[] = {{"mesh", SkinAs::mesh}, {"voxels", SkinAs::voxels}};
+
+/// The surface that is seen under what stands on it.
 struct SkinSpec {
-    std::string material;        ///< name of a material of kind surface; empty: no skin
+    std::string material; ///< name of a material of kind surface; empty: no skin
+    SkinAs as = SkinAs::mesh;
     Vec3d colour{1.0};           ///< linear RGB
-    std::vector<MapFactor> maps; ///< factors on the colour
+    std::vector<MapFactor> maps; ///< factors on the colour; a mesh is cut out by their alpha
+
+    // Of voxels:
     /// Mean transmittance of the shell under directed extinction, from any side, > 0 and < 1; its
     /// root along the normal under isotropic extinction. The optical depth that a single ray meets
     /// depends on how the voxels lie, and is 0.4 of the mean at least.
@@ -127,5 +138,12 @@ private:
 /// Reads or makes the mesh of `spec`, prepares it and indexes it. Throws Error as SurfaceSpec::
 /// validate(), readMesh(), makeTerrain() and Surface() do.
 Surface loadSurface(const SurfaceSpec& spec);
+
+/// The maps of a skin's colour, for the surface that was loaded from `spec`. Without a skin none.
+/// Throws Error if they need texture coordinates that the surface lacks, and as SecondDensity().
+SecondDensity loadSkinMaps(const SurfaceSpec& spec, const Surface& surface);
+
+/// The colour of a skin at a place of its surface, linear RGB; `maps` are those of `skin`.
+Vec3f skinColour(const SkinSpec& skin, const SecondDensity& maps, const SurfacePoint& at);
 
 } // namespace volcomp

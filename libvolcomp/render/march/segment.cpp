@@ -5,6 +5,7 @@
 
 #include "volcomp/base/interval.h"
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/skin/skin_shadow.h"
 
 namespace volcomp {
 namespace {
@@ -68,6 +69,14 @@ double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& 
     return segment.delta * segmentLight(a, segment.delta + b - a);
 }
 
+// How much of a light passes the skins on its way to the segment.
+double skinsLetThrough(const MarchScene& scene, std::size_t l, const RaySegment& segment)
+{
+    return scene.skin_shadow
+        ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
+        : 1;
+}
+
 } // namespace
 
 void RayScratch::startRay(std::size_t light_count)
@@ -103,7 +112,12 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
             scratch.lights[l].depth_at_end.reset();
             continue;
         }
-        const double light = lightOfSegment(scene, l, segment, opacity, weight, scratch);
+        const double passes = skinsLetThrough(scene, l, segment);
+        if (!(passes > 0)) {
+            scratch.lights[l].depth_at_end.reset();
+            continue;
+        }
+        const double light = passes * lightOfSegment(scene, l, segment, opacity, weight, scratch);
         const Vec3d radiance = sample.transmittance * (light * from_light);
         sample.radiance += radiance;
         if (scene.params.aovs) scratch.light_radiance[l] += radiance;
