@@ -15,7 +15,7 @@ namespace {
 PlacedSurface loadPlacedSurface(const SurfaceSpec& spec)
 {
     PlacedSurface s{spec.name, loadSurface(spec), spec.skin, SecondDensity()};
-    s.skin_colour = loadSkinMaps(spec, s.surface);
+    s.skin_colour = loadSkinMaps(spec, s.surface.mesh());
     return s;
 }
 

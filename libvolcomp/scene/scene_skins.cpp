@@ -18,9 +18,10 @@ std::unique_ptr<const SkinTracer> loadSkins(const Scene& scene, const Progress& 
         if (material == scene.materials.end())
             throw fileError(scene.file, "surface." + spec.name + ".skin",
                             "a [material." + spec.skin.material + "] table", "none");
-        auto surface = std::make_shared<const Surface>(loadSurface(spec));
-        SecondDensity maps = loadSkinMaps(spec, *surface);
-        meshes.push_back({spec.name, std::move(surface), spec.skin, std::move(maps), *material});
+        auto mesh = std::make_shared<const Mesh>(loadMesh(spec));
+        SecondDensity maps = loadSkinMaps(spec, *mesh);
+        meshes.push_back(
+            {spec.name, std::move(mesh), spec.projection, spec.skin, std::move(maps), *material});
         report(progress, double(meshes.size()) / double(scene.surfaces.size()));
     }
     if (meshes.empty()) return nullptr;

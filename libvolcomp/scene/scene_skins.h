@@ -11,7 +11,7 @@
 namespace volcomp {
 
 /// Loads the surfaces whose skins are meshes, with their maps; null if there are none. Throws Error
-/// as loadSurface(), loadSkinMaps() and SkinTracer() do.
+/// as loadMesh(), loadSkinMaps() and SkinTracer() do.
 std::unique_ptr<const SkinTracer> loadSkins(const Scene& scene, const Progress& progress = {});
 
 } // namespace volcomp

@@ -68,6 +68,11 @@ struct SurfacePoint {
     double b1 = 0, b2 = 0; ///< weights of the triangle's second and third corner
 };
 
+/// The point of a mesh's triangle (0 to the number of them - 1) with these weights of its second
+/// and third corner. The mesh is as prepareMesh() leaves it.
+SurfacePoint pointOf(const Mesh& mesh, const MapProjection& projection, std::int32_t triangle,
+                     double b1, double b2);
+
 /// A mesh or terrain with its projection. All const functions may be called by several threads at a
 /// time. World space and world units. It can be moved, but not copied; one that was moved from may
 /// only be assigned to or destroyed.
@@ -93,8 +98,7 @@ public:
     /// them compact, and stratified f gives points that cover the surface evenly.
     SurfacePoint atFraction(double f) const;
 
-    /// The point of a triangle (0 to the mesh's number of them - 1) with these weights of its
-    /// second and third corner.
+    /// pointOf() of its mesh.
     SurfacePoint at(std::int32_t triangle, double b1, double b2) const;
 
     /// Every point of the surface that has this (u,v): where the projection's line meets the
@@ -135,13 +139,16 @@ private:
     std::unique_ptr<SurfaceTree> m_uv_tree; ///< of the texture coordinates; null if not used
 };
 
-/// Reads or makes the mesh of `spec`, prepares it and indexes it. Throws Error as SurfaceSpec::
-/// validate(), readMesh(), makeTerrain() and Surface() do.
+/// Reads or makes the mesh of `spec` and prepares it. Throws Error as SurfaceSpec::validate(),
+/// readMesh() and makeTerrain() do.
+Mesh loadMesh(const SurfaceSpec& spec);
+
+/// The same, indexed. Throws Error as loadMesh() and Surface() do.
 Surface loadSurface(const SurfaceSpec& spec);
 
-/// The maps of a skin's colour, for the surface that was loaded from `spec`. Without a skin none.
-/// Throws Error if they need texture coordinates that the surface lacks, and as SecondDensity().
-SecondDensity loadSkinMaps(const SurfaceSpec& spec, const Surface& surface);
+/// The maps of a skin's colour, for the mesh of `spec`. Without a skin none. Throws Error if they
+/// need texture coordinates that the mesh lacks, and as SecondDensity().
+SecondDensity loadSkinMaps(const SurfaceSpec& spec, const Mesh& mesh);
 
 /// The colour of a skin at a place of its surface, linear RGB; `maps` are those of `skin`.
 Vec3f skinColour(const SkinSpec& skin, const SecondDensity& maps, const SurfacePoint& at);

@@ -68,8 +68,12 @@ inline SkinMesh skinMesh(Mesh mesh, const Material& material = wallMaterial(),
     spec.material = material.name;
     spec.colour = colour;
     spec.maps = maps;
-    return {"surface", std::make_shared<const Surface>(std::move(mesh), MapProjection{}), spec,
-            SecondDensity(maps, true), material};
+    return {"surface",
+            std::make_shared<const Mesh>(std::move(mesh)),
+            MapProjection{},
+            spec,
+            SecondDensity(maps, true),
+            material};
 }
 
 inline std::unique_ptr<SkinTracer> tracerOf(SkinMesh mesh)

@@ -187,8 +187,10 @@ struct EmbreeScene::Impl {
         for (const PlacedSurface& s : exact.placed.surfaces)
             if (!s.skin.material.empty())
                 meshes.push_back(
-                    {s.name, std::shared_ptr<const Surface>(std::shared_ptr<void>(), &s.surface),
-                     s.skin, s.skin_colour, exact.material(s.skin.material)});
+                    {s.name,
+                     std::shared_ptr<const Mesh>(std::shared_ptr<void>(), &s.surface.mesh()),
+                     s.surface.projection(), s.skin, s.skin_colour,
+                     exact.material(s.skin.material)});
         for (const SkinMesh& mesh : meshes) skin_lobes.push_back(makeLobe(mesh.material));
         skins = std::make_unique<const SkinTracer>(std::move(meshes));
     }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "volcomp/render/march/march.h"
+
 namespace volcomp {
 namespace {
 
@@ -30,6 +32,8 @@ SkinShadowMap::SkinShadowMap(const SkinTracer& skins, const VoxelTree& tree,
                              const LightLattice& rays)
     : m_skins(skins), m_tree(tree), m_lattice(rays)
 {
+    if (!rays.fans) m_per_spacing = 1 / rays.spacing0;
+    m_bright.first = kNever;
     m_bright.rays.fill({kNever, 0, 0, 0});
     if (tree.empty()) return;
     const openvdb::CoordBBox& box = tree.bounds();
@@ -74,16 +78,17 @@ std::optional<double> SkinShadowMap::lightAt(const Vec3d& p) const
 {
     const double s = m_lattice.travel(p);
     if (m_blocks.empty() || !m_lattice.hasRaysAt(s)) return std::nullopt;
-    const double u = m_lattice.rayThrough(0, p[m_lattice.b], s),
-                 v = m_lattice.rayThrough(1, p[m_lattice.c], s);
+    const double per_spacing = m_lattice.fans ? 1 / m_lattice.spacing(s) : m_per_spacing;
+    const double u = m_lattice.offsetFrom(0, p[m_lattice.b], s) * per_spacing,
+                 v = m_lattice.offsetFrom(1, p[m_lattice.c], s) * per_spacing;
     const double border = kStep;
     if (!(u >= double(m_low[0]) * kStep && u < double(m_high[0]) * kStep + border
           && v >= double(m_low[1]) * kStep && v < double(m_high[1]) * kStep + border))
         return std::nullopt;
-    const int i = int(std::floor(u)), j = int(std::floor(v));
+    const int i = floorToInt(u), j = floorToInt(v);
     const int patch_u = floorDivide(i, kStep), patch_v = floorDivide(j, kStep);
     const Patch& patch = patchAt(patch_u, patch_v);
-    if (&patch == &m_bright) return 1;
+    if (s <= patch.first) return 1;
     const double x = u - i, y = v - j;
     const Ray* at = &patch.rays[std::size_t((i - patch_u * kStep) * kSide + (j - patch_v * kStep))];
     const auto passes = [&](const Ray& ray, double du, double dv) {
@@ -111,14 +116,14 @@ const SkinShadowMap::Patch* SkinShadowMap::trace(int u, int v,
                                                  std::atomic<const Patch*>& place) const
 {
     auto made = std::make_unique<Patch>();
-    bool meets = false;
+    made->first = kNever;
     for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j) {
             Ray& ray = made->rays[std::size_t(i * kSide + j)];
             ray = rayAt(double(u) * kStep + i, double(v) * kStep + j);
-            meets |= ray.s < kNever;
+            made->first = std::min(made->first, double(ray.s + ray.bias));
         }
-    if (meets) return settle(place, std::move(made), m_bytes);
+    if (made->first < kNever) return settle(place, std::move(made), m_bytes);
     const Patch* known = nullptr;
     return place.compare_exchange_strong(known, &m_bright) ? &m_bright : known;
 }

@@ -54,6 +54,7 @@ private:
         float s, per_u, per_v, bias;
     };
     struct Patch {
+        double first; ///< the least s at which something is dark, or less
         std::array<Ray, kSide * kSide> rays;
     };
     struct Block {
@@ -67,6 +68,7 @@ private:
     const SkinTracer& m_skins;
     const VoxelTree& m_tree;
     LightLattice m_lattice;
+    double m_per_spacing = 1;                    ///< 1 / spacing, of parallel rays
     double m_first_s = 0;                        ///< of the bounds
     int m_low[2] = {0, 0}, m_high[2] = {-1, -1}; ///< patches along u and v, bounds included
     int m_columns = 0;                           ///< blocks along v

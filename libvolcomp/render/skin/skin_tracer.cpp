@@ -29,9 +29,9 @@ void passCutOut(const RTCFilterFunctionNArguments* a)
     const auto& mesh = *static_cast<const SkinMesh*>(a->geometryUserPtr);
     for (unsigned i = 0; i < a->N; ++i) {
         if (a->valid[i] == 0) continue;
-        const SurfacePoint at = mesh.surface->at(std::int32_t(RTCHitN_primID(a->hit, a->N, i)),
-                                                 double(RTCHitN_u(a->hit, a->N, i)),
-                                                 double(RTCHitN_v(a->hit, a->N, i)));
+        const SurfacePoint at =
+            pointOf(*mesh.mesh, mesh.projection, std::int32_t(RTCHitN_primID(a->hit, a->N, i)),
+                    double(RTCHitN_u(a->hit, a->N, i)), double(RTCHitN_v(a->hit, a->N, i)));
         if (mesh.maps.alpha(at.uv) < kOpaque) a->valid[i] = 0;
     }
 }
@@ -46,6 +46,27 @@ Vec3d normalOf(const Mesh& mesh, const std::array<std::int32_t, 3>& corners)
 {
     const Vec3d a = mesh.points[corners[0]];
     return (mesh.points[corners[1]] - a).cross(mesh.points[corners[2]] - a);
+}
+
+/// The point of the round surface above a point of a triangle, on the side of `face`: between the
+/// planes across the normals of its corners (after J. Hanika, Hacking the Shadow Terminator, Ray
+/// Tracing Gems II, 2021). The point itself if the corners' normals do not tell of a surface that
+/// is about as flat as the triangle.
+Vec3d roundPoint(const Mesh& mesh, const SurfacePoint& at, const Vec3d& face)
+{
+    constexpr double kFlattest = 0.9; // cosine of the angle of a corner's normal and the triangle's
+    const auto& corners = mesh.triangles[at.triangle];
+    const double weights[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
+    Vec3d p = at.position;
+    for (int k = 0; k < 3; ++k) {
+        Vec3d n(mesh.normals[corners[k]]);
+        const double cosine = n.dot(face);
+        if (std::abs(cosine) < kFlattest) return at.position;
+        if (cosine < 0) n = -n;
+        const double below = -(at.position - mesh.points[corners[k]]).dot(n);
+        p += n * (weights[k] * std::max(0.0, below));
+    }
+    return p;
 }
 
 } // namespace
@@ -74,7 +95,7 @@ struct SkinTracer::Impl {
     {
         openvdb::BBoxd bounds;
         for (const SkinMesh& mesh : meshes)
-            for (const Vec3d& p : mesh.surface->mesh().points) bounds.expand(p);
+            for (const Vec3d& p : mesh.mesh->points) bounds.expand(p);
         centre = (bounds.min() + bounds.max()) * 0.5;
         radius = (bounds.max() - centre).length() * 1.0001;
     }
@@ -83,13 +104,13 @@ struct SkinTracer::Impl {
     {
         std::vector<std::array<float, 3>> points;
         std::vector<std::array<unsigned, 3>> corners;
-        for (const Vec3d& world : mesh.surface->mesh().points) {
+        for (const Vec3d& world : mesh.mesh->points) {
             const Vec3d p = world - centre;
             points.push_back({float(p[0]), float(p[1]), float(p[2])});
         }
-        for (const auto& t : mesh.surface->mesh().triangles) {
+        for (const auto& t : mesh.mesh->triangles) {
             corners.push_back({unsigned(t[0]), unsigned(t[1]), unsigned(t[2])});
-            if (!(normalOf(mesh.surface->mesh(), t).lengthSqr() > 0)) // one that nothing meets
+            if (!(normalOf(*mesh.mesh, t).lengthSqr() > 0)) // one that nothing meets
                 corners.back() = {unsigned(t[0]), unsigned(t[0]), unsigned(t[0])};
         }
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -167,7 +188,7 @@ struct SkinTracer::Impl {
     /// Finds in double precision where the ray meets the plane of the triangle that Embree found.
     void refine(const Vec3d& origin, const Vec3d& direction, Found& f) const
     {
-        const Mesh& mesh = meshes[f.hit.geomID].surface->mesh();
+        const Mesh& mesh = *meshes[f.hit.geomID].mesh;
         const auto& c = mesh.triangles[f.hit.primID];
         const Vec3d a = mesh.points[c[0]], e1 = mesh.points[c[1]] - a, e2 = mesh.points[c[2]] - a;
         f.across = e1.cross(e2);
@@ -205,7 +226,7 @@ const std::vector<SkinMesh>& SkinTracer::meshes() const { return m->meshes; }
 std::size_t SkinTracer::triangles() const
 {
     std::size_t count = 0;
-    for (const SkinMesh& mesh : m->meshes) count += mesh.surface->mesh().triangles.size();
+    for (const SkinMesh& mesh : m->meshes) count += mesh.mesh->triangles.size();
     return count;
 }
 
@@ -216,7 +237,8 @@ std::optional<SkinHit> SkinTracer::hit(const Vec3d& origin, const Vec3d& directi
     const auto found = m->find(origin, direction, from, to);
     if (!found) return std::nullopt;
     const SkinMesh& mesh = m->meshes[found->hit.geomID];
-    const SurfacePoint at = mesh.surface->at(std::int32_t(found->hit.primID), found->b1, found->b2);
+    const SurfacePoint at =
+        pointOf(*mesh.mesh, mesh.projection, std::int32_t(found->hit.primID), found->b1, found->b2);
     SkinHit hit;
     hit.skin = found->hit.geomID;
     hit.distance = found->distance;
@@ -228,7 +250,8 @@ std::optional<SkinHit> SkinTracer::hit(const Vec3d& origin, const Vec3d& directi
     // seen from the edge, so that the far side's light does not come through.
     if (const double facing = -hit.normal.dot(direction); facing < 1e-3)
         hit.normal = (hit.normal - direction * (1e-3 - facing)).unit();
-    hit.start = at.position + hit.face * m->lift(mesh.surface->mesh(), found->hit.primID);
+    hit.start =
+        roundPoint(*mesh.mesh, at, hit.face) + hit.face * m->lift(*mesh.mesh, found->hit.primID);
     hit.colour = Vec3d(skinColour(mesh.skin, mesh.maps, at));
     return hit;
 }

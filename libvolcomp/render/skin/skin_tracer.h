@@ -17,8 +17,9 @@ namespace volcomp {
 
 /// A surface that is traced as it is.
 struct SkinMesh {
-    std::string name; ///< of the surface
-    std::shared_ptr<const Surface> surface;
+    std::string name;                 ///< of the surface
+    std::shared_ptr<const Mesh> mesh; ///< loadMesh()
+    MapProjection projection;
     SkinSpec skin;
     SecondDensity maps; ///< loadSkinMaps()
     Material material;  ///< of kind surface
@@ -31,7 +32,10 @@ struct SkinHit {
     /// Unit, turned to the side from which the ray came: that of the triangle, and the interpolated
     /// one, which is bent where it would turn away from the ray.
     Vec3d face, normal;
-    Vec3d start;      ///< where rays that leave the hit on that side start, a little above it
+    /// Where rays that leave the hit on that side start: a little above it, and on the round
+    /// surface that the normals of a triangle's corners tell of, so that flat triangles do not
+    /// darken what the light grazes.
+    Vec3d start;
     Vec3d colour;     ///< c_b, linear RGB
     std::size_t skin; ///< number of the SkinMesh
 };
