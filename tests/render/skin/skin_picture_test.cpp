@@ -143,6 +143,32 @@ TEST(SkinPicture, UnderFogTheWallShowsTheSameTimesTheFogsTransmittance)
             }
 }
 
+// Fog too thin to shade itself, that stands on the wall: its light is as if there were no wall on
+// the lit side, at any angle, and none on the other.
+TEST(SkinPicture, WhatStandsOnALitSkinIsLitToItsRoots)
+{
+    for (const Vec3d& normal : {Vec3d(0, 0, 1), Vec3d(0.3, 0.4, 1).unit()}) {
+        const auto wall = tracerOf(skinMesh(squareMesh(Vec3d(0.0), normal, 100), wallMaterial(0)));
+        const Volume volume = fog(-16, 7, 0.01f, 80);
+        for (const double facing : {1.0, 0.3, 0.05}) {
+            const Vec3d aside = normal.cross(Vec3d(1, 0.2, 0)).unit(),
+                        L = normal * facing + aside * std::sqrt(1 - facing * facing);
+            const auto show = [&](Shadows shadows, const Vec3d& to_light) {
+                return render(volume, {fogMaterial(1)}, fromFront(1), {along(-to_light)},
+                              paramsOf(shadows), {}, nullptr, wall.get());
+            };
+            const Image bare = show(Shadows::none, L);
+            ASSERT_GT(meanOf(bare), 1e-4);
+            for (const Shadows shadows : {Shadows::exact, Shadows::sweep}) {
+                EXPECT_LT(difference(show(shadows, L), bare), 0.03) << facing << int(shadows);
+                EXPECT_LT(meanOf(show(shadows, L - normal * (2 * facing))),
+                          (shadows == Shadows::exact ? 1e-6 : 0.1) * meanOf(bare))
+                    << facing << int(shadows);
+            }
+        }
+    }
+}
+
 TEST(SkinPicture, ABallHasItsOutlineAndTheCosineOfItsNormals)
 {
     const auto ball = tracerOf(skinMesh(ballMesh(Vec3d(0.0), 0.7, 200)));
