@@ -20,11 +20,11 @@ namespace volcomp {
 
 /// What a render did; all counts are exact.
 struct RenderStats {
-    std::uint64_t rays = 0;                        ///< of the camera
-    std::uint64_t shadow_rays = 0;                 ///< to lights, as far as the light was not swept
-    std::uint64_t shaded_voxels = 0;               ///< intervals of camera rays that were shaded
-    std::uint64_t active_voxels = 0;               ///< of the finest level in use
-    std::size_t skin_shadow_bytes = 0;             ///< memory of the skins' shadows on the volume
+    std::uint64_t rays = 0;            ///< of the camera
+    std::uint64_t shadow_rays = 0;     ///< through the volume to lights that were not swept
+    std::uint64_t shaded_voxels = 0;   ///< intervals of camera rays that were shaded
+    std::uint64_t active_voxels = 0;   ///< of the finest level in use
+    std::size_t skin_shadow_bytes = 0; ///< memory of the skins' shadows on the volume
     double prepare_seconds = 0, march_seconds = 0; ///< wall time
 };
 

@@ -34,7 +34,7 @@ double SkinShadow::lightAt(std::size_t light, const Vec3d& p) const
         if (m_lights[light].kind != LightKind::directional) {
             const Vec3d from_light = p - m_tree.toCorner(m_lights[light].position);
             const int a = largestAxis(from_light);
-            side = std::size_t(2 * a + (from_light[a] > 0));
+            side = 2 * std::size_t(a) + (from_light[a] > 0);
         }
         if (const auto known = m_maps[light][side]->lightAt(p)) return *known;
     }

@@ -90,7 +90,7 @@ std::optional<double> SkinShadowMap::lightAt(const Vec3d& p) const
     const Patch& patch = patchAt(patch_u, patch_v);
     if (s <= patch.first) return 1;
     const double x = u - i, y = v - j;
-    const Ray* at = &patch.rays[std::size_t((i - patch_u * kStep) * kSide + (j - patch_v * kStep))];
+    const Ray* at = &patch.rays[std::size_t(i - patch_u * kStep) * kSide + (j - patch_v * kStep)];
     const auto passes = [&](const Ray& ray, double du, double dv) {
         return double(s <= ray.s + std::max(0.0, double(ray.per_u) * du + double(ray.per_v) * dv)
                           + ray.bias);
@@ -119,7 +119,7 @@ const SkinShadowMap::Patch* SkinShadowMap::trace(int u, int v,
     made->first = kNever;
     for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j) {
-            Ray& ray = made->rays[std::size_t(i * kSide + j)];
+            Ray& ray = made->rays[std::size_t(i) * kSide + j];
             ray = rayAt(double(u) * kStep + i, double(v) * kStep + j);
             made->first = std::min(made->first, double(ray.s + ray.bias));
         }

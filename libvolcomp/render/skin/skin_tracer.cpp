@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <embree3/rtcore.h>
+#include <openvdb/math/BBox.h>
 
 #include "volcomp/base/error.h"
 
@@ -93,7 +94,7 @@ struct SkinTracer::Impl {
 
     void findBall()
     {
-        openvdb::BBoxd bounds;
+        openvdb::math::BBox<Vec3d> bounds;
         for (const SkinMesh& mesh : meshes)
             for (const Vec3d& p : mesh.mesh->points) bounds.expand(p);
         centre = (bounds.min() + bounds.max()) * 0.5;
