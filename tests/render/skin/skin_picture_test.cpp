@@ -387,5 +387,35 @@ TEST(SkinPicture, LevelsOfDetailEndOnTheSkinToo)
     }
 }
 
+TEST(SkinPicture, RaysGoThroughSeveralLevelsToTheGround)
+{
+    // A long low fog on the ground, under a board, seen along it: pixels are 1 to 8 voxels wide.
+    Volume volume = emptyVolume(1.0 / 32);
+    volume.parts[0].density->fill(openvdb::CoordBBox({-64, 0, -256}, {63, 15, 63}), 0.3f, true);
+    std::vector<SkinMesh> meshes;
+    meshes.push_back(skinMesh(squareMesh(Vec3d(0, -1.0 / 64, -3), Vec3d(0, 1, 0), 24)));
+    meshes.push_back(skinMesh(squareMesh(Vec3d(0.3, 1.5, -4), Vec3d(0, 1, 0), 1.5)));
+    const SkinTracer skins(std::move(meshes));
+    Camera camera;
+    camera.eye = {0.01, 1.2, 2.5};
+    camera.target = {0, 0, -3};
+    for (const Shadows shadows : {Shadows::exact, Shadows::sweep}) {
+        RenderParams params = paramsOf(shadows, 24);
+        params.samples = 4;
+        const auto show = [&](bool lod) {
+            params.lod = lod;
+            return render(volume, {fogMaterial(1)}, camera, {along({0.1, -1, 0.2})}, params, {},
+                          nullptr, &skins);
+        };
+        const Image coarse = show(true), fine = show(false);
+        params.lod = true;
+        EXPECT_GT(voxelLevels(std::make_shared<const VoxelTree>(volume), camera, params).size(),
+                  2u);
+        EXPECT_NEAR(meanOf(coarse) / meanOf(fine), 1, 0.01) << int(shadows);
+        EXPECT_LT(difference(coarse, fine), 0.03) << int(shadows);
+        for (int x = 0; x < 24; ++x) EXPECT_NEAR(coarse.pixel(x, 20)[3], 1, 1e-6);
+    }
+}
+
 } // namespace
 } // namespace volcomp
