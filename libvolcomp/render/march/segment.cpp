@@ -69,14 +69,6 @@ double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& 
     return segment.delta * segmentLight(a, segment.delta + b - a);
 }
 
-// How much of a light passes the skins on its way to the segment.
-double skinsLetThrough(const MarchScene& scene, std::size_t l, const RaySegment& segment)
-{
-    return scene.skin_shadow
-        ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
-        : 1;
-}
-
 } // namespace
 
 void RayScratch::startRay(std::size_t light_count)
@@ -112,7 +104,10 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
             scratch.lights[l].depth_at_end.reset();
             continue;
         }
-        const double passes = skinsLetThrough(scene, l, segment);
+        // What the skins let through to the segment's middle.
+        const double passes = scene.skin_shadow
+            ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
+            : 1;
         if (!(passes > 0)) {
             scratch.lights[l].depth_at_end.reset();
             continue;
