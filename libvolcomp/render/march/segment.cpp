@@ -109,6 +109,7 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
             ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
             : 1;
         if (!(passes > 0)) {
+            if (seen) seen->lights.push_back({l, from_light, 0, Vec3d(0.0)});
             scratch.lights[l].depth_at_end.reset();
             continue;
         }
