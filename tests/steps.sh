@@ -49,11 +49,11 @@ run_tests() {
 }
 
 # The tests of a ThreadSanitizer build, with a TBB that is instrumented too. volcomp-chart starts
-# vdb_render, which cannot load that TBB; Embree, in the truth, is not instrumented.
+# vdb_render, which cannot load that TBB; Embree, in the truth and under skins, is not instrumented.
 run_tests_with_tsan() {
     local tbb
     tbb=$(tests/tbb_for_tsan.sh)
-    LD_LIBRARY_PATH=$tbb/lib run_tests tsan -E "^tools\.(chart_program|truth)" "$@"
+    LD_LIBRARY_PATH=$tbb/lib run_tests tsan -E "^(tools\.(chart_program|truth|skin_program)|render\.skin\.)" "$@"
 }
 
 # Prints the table of the steps and the closing line, and exits with 1 if anything failed.

@@ -55,14 +55,8 @@ std::vector<Skin> skinsOf(const PlacedScene& scene)
 {
     std::vector<Skin> skins;
     for (const PlacedSurface& s : scene.surfaces)
-        if (!s.skin.material.empty()) skins.emplace_back(s);
+        if (!s.skin.material.empty() && s.skin.as == SkinAs::voxels) skins.emplace_back(s);
     return skins;
-}
-
-Vec3f Skin::colour(const SurfacePoint& p) const
-{
-    const Vec3f c(m_spec.colour), map = m_colour.colour(p.uv, p.position);
-    return {c[0] * map[0], c[1] * map[1], c[2] * map[2]};
 }
 
 openvdb::BBoxd Skin::bounds(std::int32_t triangle, double voxel) const

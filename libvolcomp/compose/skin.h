@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface itself as a thin shell of voxels with normals, so that nobody sees through the fur.
+// The surface itself as a thin shell of voxels with normals, for programs that show the volume
+// alone (SkinAs::voxels).
 #pragma once
 
 #include <string>
@@ -10,7 +11,7 @@
 
 namespace volcomp {
 
-/// The shell of one surface that has a skin. The surface must outlive it.
+/// The shell of one surface that has a skin of voxels. The surface must outlive it.
 class Skin {
 public:
     explicit Skin(const PlacedSurface& surface)
@@ -21,7 +22,10 @@ public:
     const std::string& material() const { return m_spec.material; }
     const Surface& surface() const { return *m_surface; }
     bool hasColour() const { return !m_colour.isConstant(); }
-    Vec3f colour(const SurfacePoint& p) const; ///< linear
+    Vec3f colour(const SurfacePoint& p) const
+    {
+        return skinColour(m_spec, m_colour, p);
+    } ///< linear
 
     /// Bounds of a triangle's voxels, in voxels of edge `voxel`.
     openvdb::BBoxd bounds(std::int32_t triangle, double voxel) const;
@@ -40,7 +44,7 @@ private:
     SecondDensity m_colour;
 };
 
-/// The skins of a scene, in the order of its surfaces.
+/// The skins of a scene that are voxels, in the order of its surfaces.
 std::vector<Skin> skinsOf(const PlacedScene& scene);
 
 } // namespace volcomp

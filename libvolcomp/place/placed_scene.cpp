@@ -15,12 +15,7 @@ namespace {
 PlacedSurface loadPlacedSurface(const SurfaceSpec& spec)
 {
     PlacedSurface s{spec.name, loadSurface(spec), spec.skin, SecondDensity()};
-    if (spec.skin.material.empty()) return s;
-    s.skin_colour = SecondDensity(spec.skin.maps, true);
-    if (s.skin_colour.usesUv() && !s.surface.hasUv())
-        throw Error(
-            "surface '" + spec.name
-            + "': its skin_map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+    s.skin_colour = loadSkinMaps(spec, s.surface.mesh());
     return s;
 }
 

@@ -93,16 +93,34 @@ void dropBehind(double transmittance, std::vector<ExplainedInterval>& intervals)
         }
 }
 
+ExplainedSkin explained(const SeenSkin& seen, const std::vector<Light>& lights,
+                        const SkinTracer& skins)
+{
+    const SkinMesh& mesh = skins.meshes()[seen.hit.skin];
+    ExplainedSkin skin{mesh.name,         mesh.material.name, seen.hit.distance, seen.transmittance,
+                       seen.hit.position, seen.hit.normal,    seen.hit.colour,   {},
+                       seen.ambient};
+    for (const SeenLight& l : seen.lights) {
+        const Light& light = lights[l.light];
+        skin.lights.push_back({l.light,
+                               illuminate(light, seen.hit.position, 1e-6).weight * light.strength,
+                               l.from_light, l.transmittance, l.radiance});
+    }
+    return skin;
+}
+
 void addSums(const RenderParams& params, std::size_t lights, RayExplanation& e)
 {
     e.light_sums.assign(lights, Vec3d(0.0));
-    for (const ExplainedInterval& interval : e.intervals) {
-        for (const ExplainedLight& light : interval.lights) {
+    const auto add = [&](const std::vector<ExplainedLight>& terms, const Vec3d& ambient) {
+        for (const ExplainedLight& light : terms) {
             e.light_sums[light.light] += light.adds;
             e.radiance += light.adds;
         }
-        e.ambient += interval.ambient;
-    }
+        e.ambient += ambient;
+    };
+    for (const ExplainedInterval& interval : e.intervals) add(interval.lights, interval.ambient);
+    if (e.skin) add(e.skin->lights, e.skin->ambient);
     e.background = e.transmittance * params.background;
     e.radiance += e.ambient + e.background;
     e.alpha = params.background.lengthSqr() > 0 ? 1 : 1 - e.transmittance;
@@ -123,10 +141,11 @@ void requirePixel(const RenderParams& params, int x, int y, const std::string& o
 
 RayExplanation explain(const std::vector<VoxelLevel>& levels,
                        const std::vector<Material>& materials, const Camera& camera,
-                       const std::vector<Light>& lights, const RenderParams& params, int x, int y)
+                       const std::vector<Light>& lights, const RenderParams& params, int x, int y,
+                       const SkinTracer* skins)
 {
     requirePixel(params, x, y, "explain");
-    const PictureTracer tracer(levels, materials, camera, lights, params);
+    const PictureTracer tracer(levels, materials, camera, lights, params, skins);
     RayExplanation e;
     e.x = x;
     e.y = y;
@@ -138,13 +157,15 @@ RayExplanation explain(const std::vector<VoxelLevel>& levels,
     };
     Integrator::Scratch plain, observed;
     observed.observer = &observer;
-    e.transmittance = tracer.trace(ray, plain).transmittance;
+    std::optional<SeenSkin> skin;
+    e.transmittance = tracer.trace(ray, plain, &skin).transmittance;
+    if (skin) e.skin = explained(*skin, lights, *skins);
     if (shinesNowhere(params, lights)) {
         RenderParams endless = params;
         endless.cutoff = 0;
         endless.shadows = Shadows::none;
-        PictureTracer(levels, materials, camera, lights, endless).trace(ray, observed);
-        dropBehind(e.transmittance, e.intervals);
+        PictureTracer(levels, materials, camera, lights, endless, skins).trace(ray, observed);
+        dropBehind(skin ? skin->transmittance : e.transmittance, e.intervals);
     } else tracer.trace(ray, observed);
     addSums(params, lights.size(), e);
     return e;

@@ -5,6 +5,7 @@
 // terms are what the renderer itself adds along the ray (RayObserver).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 
 namespace volcomp {
 
+class SkinTracer;
 struct VoxelLevel;
 
 /// The particles of one material in one voxel that an interval shows.
@@ -56,17 +58,30 @@ struct ExplainedInterval {
     Vec3d ambient{0.0};                 ///< radiance that light from all around adds to the pixel
 };
 
+/// A skin that is a mesh, which the ray has met. World space and world units.
+struct ExplainedSkin {
+    std::string surface, material; ///< their names
+    double distance = 0;           ///< from the ray's origin
+    double transmittance = 1;      ///< from the ray's origin to it, the share of the pixel
+    Vec3d position{0.0};
+    Vec3d normal{0.0};                  ///< smooth, unit, turned to the eye
+    Vec3d colour{0.0};                  ///< diffuse colour c_b, linear RGB
+    std::vector<ExplainedLight> lights; ///< those of which it reflects something
+    Vec3d ambient{0.0};                 ///< radiance that light from all around adds to the pixel
+};
+
 /// The intervals in order and the sums over them. Colours are radiance, linear RGB.
 struct RayExplanation {
     int x = 0, y = 0;                  ///< pixel of the whole picture
     Vec3d origin{0.0}, direction{0.0}; ///< world; the direction is unit length
     std::vector<ExplainedInterval> intervals;
-    std::vector<Vec3d> light_sums; ///< by light
-    Vec3d ambient{0.0};            ///< sum
-    double transmittance = 1;      ///< to the ray's end
-    Vec3d background{0.0};         ///< what the background adds
-    Vec3d radiance{0.0};           ///< sum of all: the pixel's R, G, B
-    double alpha = 0;              ///< the pixel's A
+    std::optional<ExplainedSkin> skin; ///< on which the ray ends
+    std::vector<Vec3d> light_sums;     ///< by light
+    Vec3d ambient{0.0};                ///< sum
+    double transmittance = 1;          ///< to the ray's end
+    Vec3d background{0.0};             ///< what the background adds
+    Vec3d radiance{0.0};               ///< sum of all: the pixel's R, G, B
+    double alpha = 0;                  ///< the pixel's A
 };
 
 /// Throws Error, with a message that begins with `option`, if the pixel (x, y) lies outside of the
@@ -79,7 +94,8 @@ void requirePixel(const RenderParams& params, int x, int y, const std::string& o
 /// it is the picture's. Throws Error as render() and requirePixel().
 RayExplanation explain(const std::vector<VoxelLevel>& levels,
                        const std::vector<Material>& materials, const Camera& camera,
-                       const std::vector<Light>& lights, const RenderParams& params, int x, int y);
+                       const std::vector<Light>& lights, const RenderParams& params, int x, int y,
+                       const SkinTracer* skins = nullptr);
 
 /// A table of an explanation for people. Distances are world units, `lod` is the number of the
 /// level, `transmitted` the transmittance in front of the interval; `lights` as given to explain().

@@ -55,6 +55,18 @@ std::string text(const ExplainedInterval& interval, std::size_t number,
     return lines;
 }
 
+std::string text(const ExplainedSkin& skin, const std::vector<Light>& lights)
+{
+    std::string lines =
+        fmt::format("the ray ends at {:.8g} on the skin of surface '{}' ({}), transmitted {:.6g}\n"
+                    "      at {}, normal {}, colour {}\n",
+                    skin.distance, skin.surface, skin.material, skin.transmittance,
+                    text(skin.position), text(skin.normal), text(skin.colour));
+    for (const ExplainedLight& light : skin.lights) lines += text(light, lights);
+    if (skin.ambient != Vec3d(0.0)) lines += "      ambient: adds " + text(skin.ambient) + "\n";
+    return lines;
+}
+
 } // namespace
 
 std::string explanationTable(const RayExplanation& e, const std::vector<Light>& lights)
@@ -66,6 +78,7 @@ std::string explanationTable(const RayExplanation& e, const std::vector<Light>& 
     for (std::size_t i = 0; i < e.intervals.size(); ++i)
         table += text(e.intervals[i], i + 1, lights);
     if (e.intervals.empty()) table += "  the ray meets no particles\n";
+    if (e.skin) table += text(*e.skin, lights);
     table += "sums\n";
     for (std::size_t l = 0; l < e.light_sums.size(); ++l)
         table += fmt::format("  {:<14} {}\n", nameOf(lights, l), text(e.light_sums[l]));

@@ -50,10 +50,12 @@ Crop pixelsOf(const RenderParams& params)
 
 PictureTracer::PictureTracer(const std::vector<VoxelLevel>& levels,
                              const std::vector<Material>& materials, const Camera& camera,
-                             const std::vector<Light>& lights, const RenderParams& params)
+                             const std::vector<Light>& lights, const RenderParams& params,
+                             const SkinTracer* skins)
     : m_params(validated(params, camera, lights)), m_crop(pixelsOf(params)),
       m_rays(camera, params.width, params.height),
-      m_tracer(levels, materialsOf(*levels.at(0).tree, materials), lights, params, m_rays, m_crop)
+      m_tracer(levels, materialsOf(*levels.at(0).tree, materials), lights, params, m_rays, m_crop,
+               skins)
 {
 }
 

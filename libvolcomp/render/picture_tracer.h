@@ -21,18 +21,21 @@ Crop pixelsOf(const RenderParams& params);
 class PictureTracer {
 public:
     /// Finds the material of each part, as render() says, and sweeps the light if the settings want
-    /// it. The trees of the levels must outlive this. Throws Error if a setting, the camera or a
-    /// light is out of range, or if a part's material is missing or of the wrong kind.
+    /// it. The trees of the levels and the skins, which may be null, must outlive this. Throws
+    /// Error if a setting, the camera or a light is out of range, or if a part's material is
+    /// missing or of the wrong kind.
     PictureTracer(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials,
                   const Camera& camera, const std::vector<Light>& lights,
-                  const RenderParams& params);
+                  const RenderParams& params, const SkinTracer* skins = nullptr);
 
     /// The ray through a place of the whole picture, pixels from its top left corner.
     CameraRay ray(double x, double y) const { return m_rays.ray(x, y); }
-    RaySample trace(const CameraRay& ray, Integrator::Scratch& scratch) const
+    RaySample trace(const CameraRay& ray, Integrator::Scratch& scratch,
+                    std::optional<SeenSkin>* seen = nullptr) const
     {
-        return m_tracer.trace(ray.origin, ray.direction, scratch);
+        return m_tracer.trace(ray.origin, ray.direction, scratch, seen);
     }
+    std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }
 
     const Crop& crop() const { return m_crop; } ///< pixelsOf(params())
     const RenderParams& params() const { return m_params; }

@@ -10,14 +10,14 @@ namespace volcomp {
 
 Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params, const Progress& progress,
-             RenderStats* stats)
+             RenderStats* stats, const SkinTracer* skins)
 {
-    return render(VoxelTree(volume), materials, camera, lights, params, progress, stats);
+    return render(VoxelTree(volume), materials, camera, lights, params, progress, stats, skins);
 }
 
 Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params, const Progress& progress,
-             RenderStats* stats)
+             RenderStats* stats, const SkinTracer* skins)
 {
     camera.validate();
     params.validate();
@@ -25,18 +25,20 @@ Image render(const VoxelTree& tree, const std::vector<Material>& materials, cons
     const std::shared_ptr<const VoxelTree> finest(std::shared_ptr<void>(), &tree); // not owned
     const std::vector<VoxelLevel> levels = voxelLevels(finest, camera, params);
     const double made = wallSeconds();
-    Image image = render(levels, materials, camera, lights, params, progress, stats);
+    Image image =
+        render(levels, materials, camera, lights, params, progress, stats, nullptr, skins);
     if (stats) stats->prepare_seconds += made - start;
     return image;
 }
 
 Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials,
              const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
-             const Progress& progress, RenderStats* stats, RenderWatch* watch)
+             const Progress& progress, RenderStats* stats, RenderWatch* watch,
+             const SkinTracer* skins)
 {
     if (levels.empty()) throw Error("render: expected at least one level of a volume, found none");
     const double start = wallSeconds();
-    const PictureTracer tracer(levels, materials, camera, lights, params);
+    const PictureTracer tracer(levels, materials, camera, lights, params, skins);
     const double prepared = wallSeconds();
 
     RenderState own;
@@ -47,6 +49,7 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
         stats->shadow_rays = counts.shadow_rays;
         stats->shaded_voxels = counts.shaded_voxels;
         stats->active_voxels = levels[0].tree->voxelCount();
+        stats->skin_shadow_bytes = tracer.skinShadowBytes();
         stats->prepare_seconds = prepared - start;
         stats->march_seconds = wallSeconds() - prepared;
     }

@@ -20,10 +20,11 @@ namespace volcomp {
 
 /// What a render did; all counts are exact.
 struct RenderStats {
-    std::uint64_t rays = 0;                        ///< of the camera
-    std::uint64_t shadow_rays = 0;                 ///< to lights, as far as the light was not swept
-    std::uint64_t shaded_voxels = 0;               ///< intervals of camera rays that were shaded
-    std::uint64_t active_voxels = 0;               ///< of the finest level in use
+    std::uint64_t rays = 0;            ///< of the camera
+    std::uint64_t shadow_rays = 0;     ///< through the volume to lights that were not swept
+    std::uint64_t shaded_voxels = 0;   ///< intervals of camera rays that were shaded
+    std::uint64_t active_voxels = 0;   ///< of the finest level in use
+    std::size_t skin_shadow_bytes = 0; ///< memory of the skins' shadows on the volume
     double prepare_seconds = 0, march_seconds = 0; ///< wall time
 };
 
@@ -56,6 +57,7 @@ public:
     using Error::Error;
 };
 
+class SkinTracer;
 class VoxelTree;
 struct VoxelLevel;
 
@@ -67,20 +69,25 @@ struct VoxelLevel;
 /// albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B for each light, all weighted as R, G, B
 /// are. Z is the distance from the camera, 0 where nothing is.
 ///
+/// `skins` are meshes beside the volume: rays end on them, they throw shadows on the volume and it
+/// on them. Null means none.
+///
 /// Throws Error if there is no level, if a setting, the camera or a light is out of range, if a
 /// material is missing or of the wrong kind, or if watch->state is one of another picture. Throws
 /// Stopped if it was stopped.
 Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>& materials,
              const Camera& camera, const std::vector<Light>& lights, const RenderParams& params,
              const Progress& progress = {}, RenderStats* stats = nullptr,
-             RenderWatch* watch = nullptr);
+             RenderWatch* watch = nullptr, const SkinTracer* skins = nullptr);
 /// The same; makes the levels that the camera needs. The volume stays as it is. Throws Error also
 /// if the volume has no parts, their transforms differ, or a density is negative, infinite or NaN.
 Image render(const VoxelTree& tree, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params,
-             const Progress& progress = {}, RenderStats* stats = nullptr);
+             const Progress& progress = {}, RenderStats* stats = nullptr,
+             const SkinTracer* skins = nullptr);
 Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params,
-             const Progress& progress = {}, RenderStats* stats = nullptr);
+             const Progress& progress = {}, RenderStats* stats = nullptr,
+             const SkinTracer* skins = nullptr);
 
 } // namespace volcomp

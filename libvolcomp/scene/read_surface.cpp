@@ -57,25 +57,41 @@ void readTerrain(TableReader& r, SurfaceSpec& s)
                                 s.terrain.cells, {1, 8192});
 }
 
-void readSkin(TableReader& r, SkinSpec& skin)
+void readSkin(TableReader& r, SkinSpec& skin, std::vector<std::string>& warnings)
 {
     skin.material = r.text(
         {"skin", "",
-         "name of a material of kind surface: the surface itself becomes an opaque thin shell of voxels; empty: none"},
+         "name of a material of kind surface: the surface itself is seen, as skin_as says; empty: it is not"},
         "");
+    skin.as = r.choice<SkinAs>(
+        {"skin_as", "",
+         "mesh: volcomp-render traces the surface itself beside the volume; voxels: volcomp-compose writes a thin opaque shell into the volume, for other programs that show it, and nothing is traced"},
+        skin.as, kSkinAsWords);
     skin.colour = r.colour({"skin_colour", "", "diffuse colour of the skin"}, skin.colour);
-    skin.maps =
-        readMaps(r, "skin_map", "images, constants or noise that multiply skin_colour", true);
+    skin.maps = readMaps(
+        r, "skin_map",
+        "images, constants or noise that multiply skin_colour; a mesh is cut out where the images' alpha is below 0.5",
+        true);
     skin.transmittance = r.number(
-        {"skin_transmittance", "", "what the shell lets through at tau = 1, seen from any side"},
+        {"skin_transmittance", "",
+         "of voxels: what the shell lets through at tau = 1, seen from any side; a mesh is opaque"},
         skin.transmittance, {1e-30, 0.999});
-    skin.depth = r.number({"skin_depth", "voxels", "depth of the shell's middle below the surface"},
-                          skin.depth, {-1000, 1000});
+    skin.depth = r.number(
+        {"skin_depth", "voxels",
+         "of voxels: depth of the shell's middle below the surface; a mesh is the surface"},
+        skin.depth, {-1000, 1000});
+    if (skin.as != SkinAs::mesh) return;
+    for (const char* key : {"skin_transmittance", "skin_depth"})
+        if (r.has(key))
+            warnings.push_back(
+                r.place() + ": '" + key
+                + "' counts only with skin_as = \"voxels\": a skin that is a mesh is "
+                  "the surface itself, and opaque.");
 }
 
 } // namespace
 
-SurfaceSpec readSurface(TableReader& r, const std::string& name)
+SurfaceSpec readSurface(TableReader& r, const std::string& name, std::vector<std::string>& warnings)
 {
     SurfaceSpec s;
     s.name = name;
@@ -94,7 +110,7 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name)
          {"file", Orientation::file},
          {"inward", Orientation::inward}});
     s.projection = readProjection(r);
-    readSkin(r, s.skin);
+    readSkin(r, s.skin, warnings);
     r.finish();
     s.source = r.record();
     r.check([&] { s.validate(); });

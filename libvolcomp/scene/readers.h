@@ -34,8 +34,10 @@ RenderParams readRender(TableReader& table);                        ///< [render
 GrowthRule readGrowthRule(TableReader& table, const std::string& name,
                           const Known<Material>& materials, std::vector<std::string>& warnings);
 
-/// Reads a [surface.NAME] table. It does not check that the skin's material exists.
-SurfaceSpec readSurface(TableReader& table, const std::string& name);
+/// Reads a [surface.NAME] table. It does not check that the skin's material exists. Appends to
+/// `warnings` what may be a mistake.
+SurfaceSpec readSurface(TableReader& table, const std::string& name,
+                        std::vector<std::string>& warnings);
 
 /// Reads a [[layer]] or [[light]] table, the one with number `index` (from 0) of the file. If the
 /// table gives no name, the name is the word and the number from 1.

@@ -57,11 +57,12 @@ Known<GrowthRule> readBoxes(TableReader& r, const std::vector<const Shared*>& in
     return boxes;
 }
 
-Known<SurfaceSpec> readSurfaces(TableReader& r, const Known<Material>& materials)
+Known<SurfaceSpec> readSurfaces(TableReader& r, const Known<Material>& materials,
+                                std::vector<std::string>& warnings)
 {
     Known<SurfaceSpec> surfaces;
     for (auto& [name, table] : r.named({"surface", "", "A surface that boxes stand on"})) {
-        SurfaceSpec surface = readSurface(table, name);
+        SurfaceSpec surface = readSurface(table, name, warnings);
         if (const std::string& skin = surface.skin.material; !skin.empty()) {
             requireName(table, "skin", "material", materials, skin);
             if (const Material* material = materials.find(skin))
@@ -117,7 +118,7 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     r.paths(kIncludeKey, {}); // openSceneFiles() has followed them
     shared.materials = readMaterials(r, included);
     shared.boxes = readBoxes(r, included, shared.materials, s.warnings);
-    const Known<SurfaceSpec> surfaces = readSurfaces(r, shared.materials);
+    const Known<SurfaceSpec> surfaces = readSurfaces(r, shared.materials, s.warnings);
     s.surfaces = copied(surfaces);
     s.layers = copied(readLayers(r, shared.boxes, surfaces));
     TableReader compose = r.table({"compose", "", "How the placed boxes become one volume"});

@@ -14,7 +14,7 @@ namespace {
 // A stage whose results change for the same scene counts its version up, so that older files are
 // made anew.
 constexpr const char* kBakeVersion = "2";
-constexpr const char* kComposeVersion = "2";
+constexpr const char* kComposeVersion = "3";
 
 void addMapFiles(Recipe& recipe, const std::string& name, const std::vector<MapFactor>& maps)
 {
@@ -22,14 +22,43 @@ void addMapFiles(Recipe& recipe, const std::string& name, const std::vector<MapF
         if (!map.image.empty()) recipe.addFile(name + " content", map.image);
 }
 
-void addSurface(Recipe& recipe, const SurfaceSpec& s)
+std::string prefixOf(const SurfaceSpec& s) { return "surface." + s.name + "."; }
+
+/// The surface without its skin.
+void addShape(Recipe& recipe, const SurfaceSpec& s)
 {
-    const std::string prefix = "surface." + s.name + ".";
-    recipe.addLines(prefix, s.source);
-    if (!s.mesh.empty()) recipe.addFile(prefix + "mesh content", s.mesh);
+    constexpr const char* kSkin = "skin"; // the keys of skins begin so
+    Recipe all;
+    all.addLines(prefixOf(s), s.source);
+    for (const auto& [name, value] : all.entries())
+        if (name.rfind(prefixOf(s) + kSkin, 0) != 0) recipe.add(name, value);
+    if (!s.mesh.empty()) recipe.addFile(prefixOf(s) + "mesh content", s.mesh);
     if (!s.terrain.height_map.empty())
-        recipe.addFile(prefix + "height_map content", s.terrain.height_map);
-    addMapFiles(recipe, prefix + "skin_map", s.skin.maps);
+        recipe.addFile(prefixOf(s) + "height_map content", s.terrain.height_map);
+}
+
+void addSkin(Recipe& recipe, const SurfaceSpec& s)
+{
+    constexpr const char* kSkin = "skin";
+    Recipe all;
+    all.addLines(prefixOf(s), s.source);
+    for (const auto& [name, value] : all.entries())
+        if (name.rfind(prefixOf(s) + kSkin, 0) == 0) recipe.add(name, value);
+    addMapFiles(recipe, prefixOf(s) + "skin_map", s.skin.maps);
+}
+
+bool hasSkin(const SurfaceSpec& s, SkinAs as)
+{
+    return !s.skin.material.empty() && s.skin.as == as;
+}
+
+/// What a volume has of a surface: nothing of one without boxes and voxels.
+void addSurface(Recipe& recipe, const Scene& scene, const SurfaceSpec& s)
+{
+    const bool carries = std::any_of(scene.layers.begin(), scene.layers.end(),
+                                     [&](const Layer& l) { return l.surface == s.name; });
+    if (carries || hasSkin(s, SkinAs::voxels)) addShape(recipe, s);
+    if (hasSkin(s, SkinAs::voxels)) addSkin(recipe, s);
 }
 
 void addLayer(Recipe& recipe, const Layer& l)
@@ -73,7 +102,7 @@ Recipe placedRecipe(const Scene& scene, const std::vector<UsedBox>& boxes)
 {
     Recipe recipe;
     recipe.add("compose version", kComposeVersion);
-    for (const SurfaceSpec& s : scene.surfaces) addSurface(recipe, s);
+    for (const SurfaceSpec& s : scene.surfaces) addSurface(recipe, scene, s);
     for (const Layer& l : scene.layers) addLayer(recipe, l);
     for (const UsedBox& box : boxes) {
         recipe.add("box." + box.name, box.hash);
@@ -81,6 +110,17 @@ Recipe placedRecipe(const Scene& scene, const std::vector<UsedBox>& boxes)
             if (rule.name == box.name)
                 recipe.add("box." + box.name + ".variants", std::to_string(rule.variants));
     }
+    return recipe;
+}
+
+Recipe skinRecipe(const Scene& scene)
+{
+    Recipe recipe;
+    for (const SurfaceSpec& s : scene.surfaces)
+        if (hasSkin(s, SkinAs::mesh)) {
+            addShape(recipe, s);
+            addSkin(recipe, s);
+        }
     return recipe;
 }
 

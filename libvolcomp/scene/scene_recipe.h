@@ -34,9 +34,14 @@ struct UsedBox {
     std::string name, hash;
 };
 
-/// What the boxes of a scene stand on and how: its surfaces, with their skins, its layers, and the
-/// boxes that they use. The voxel and the camera are not in it.
+/// What a scene's volume is made of: the surfaces on which boxes stand, the skins that are voxels,
+/// the layers, and the boxes that they use. The voxel, the camera and skins that are meshes are not
+/// in it.
 Recipe placedRecipe(const Scene& scene, const std::vector<UsedBox>& boxes);
+
+/// What the skins that are meshes are made of, which the renderer traces; empty if there are none.
+/// Materials are not in it.
+Recipe skinRecipe(const Scene& scene);
 
 /// The boxes that the scene's layers use, as volcomp-bake would make them.
 std::vector<UsedBox> wantedBoxes(const Scene& scene);

@@ -40,6 +40,17 @@ double perlin(const Vec3d& p, std::uint64_t seed)
     return sum;
 }
 
+/// Whether the image, which is taken as a colour, is not opaque everywhere.
+bool isCut(const Texture& t, Wrap wrap)
+{
+    constexpr int kAlpha = 3; // red, green, blue, alpha
+    if (t.channels <= kAlpha) return false;
+    if (wrap == Wrap::black || t.data.width < t.width || t.data.height < t.height) return true;
+    for (std::size_t i = kAlpha; i < t.pixels.size(); i += std::size_t(t.channels))
+        if (t.pixels[i] < 1) return true;
+    return false;
+}
+
 } // namespace
 
 double gradientNoise(const Vec3d& p, int octaves, std::uint64_t seed)
@@ -70,7 +81,7 @@ SecondDensity::SecondDensity(const std::vector<MapFactor>& factors, bool colour)
 {
     for (const MapFactor& spec : factors) {
         spec.validate();
-        Factor f{spec, nullptr};
+        Factor f{spec, nullptr, false};
         if (!spec.image.empty()) {
             auto texture = std::make_shared<Texture>(readTexture(spec.image, colour));
             if (spec.channel >= texture->channels)
@@ -78,6 +89,7 @@ SecondDensity::SecondDensity(const std::vector<MapFactor>& factors, bool colour)
                                 std::to_string(texture->channels) + " channels",
                                 "They count from 0.");
             f.texture = std::move(texture);
+            f.has_alpha = colour && spec.channel < 0 && isCut(*f.texture, spec.wrap);
         }
         m_factors.push_back(std::move(f));
     }
@@ -95,10 +107,26 @@ bool SecondDensity::usesUv() const
                        [](const Factor& f) { return f.texture != nullptr; });
 }
 
+bool SecondDensity::hasAlpha() const
+{
+    return std::any_of(m_factors.begin(), m_factors.end(),
+                       [](const Factor& f) { return f.has_alpha; });
+}
+
+float SecondDensity::alpha(const Vec2d& uv) const
+{
+    float product = 1;
+    for (const Factor& f : m_factors)
+        if (f.has_alpha)
+            product *= f.texture->sample(uv[0] * f.spec.repeat[0], uv[1] * f.spec.repeat[1], 3,
+                                         f.spec.wrap);
+    return product;
+}
+
 float SecondDensity::value(const Vec2d& uv, const Vec3d& p) const
 {
     double product = 1;
-    for (const auto& [spec, texture] : m_factors) {
+    for (const auto& [spec, texture, has_alpha] : m_factors) {
         if (texture) {
             const double u = uv[0] * spec.repeat[0], v = uv[1] * spec.repeat[1];
             double x;
@@ -120,7 +148,7 @@ float SecondDensity::value(const Vec2d& uv, const Vec3d& p) const
 Vec3f SecondDensity::colour(const Vec2d& uv, const Vec3d& p) const
 {
     Vec3d product(1.0);
-    for (const auto& [spec, texture] : m_factors) {
+    for (const auto& [spec, texture, has_alpha] : m_factors) {
         const auto ranged = [&, low = spec.low, high = spec.high](double x) {
             return low + (high - low) * x;
         };

@@ -48,10 +48,15 @@ public:
     float value(const Vec2d& uv, const Vec3d& p) const;
     Vec3f colour(const Vec2d& uv, const Vec3d& p) const;
 
+    bool hasAlpha() const; ///< true if alpha() is below 1 somewhere; of colours only
+    /// The product of the alphas of the images that are taken as colours, 1 if there are none.
+    float alpha(const Vec2d& uv) const;
+
 private:
     struct Factor {
         MapFactor spec;
         std::shared_ptr<const Texture> texture;
+        bool has_alpha = false; ///< the image is a colour and not opaque everywhere
     };
     std::vector<Factor> m_factors;
 };

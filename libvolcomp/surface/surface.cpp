@@ -105,30 +105,36 @@ Surface::~Surface() = default;
 Surface::Surface(Surface&&) noexcept = default;
 Surface& Surface::operator=(Surface&&) noexcept = default;
 
-SurfacePoint Surface::at(std::int32_t triangle, double b1, double b2) const
+SurfacePoint pointOf(const Mesh& mesh, const MapProjection& projection, std::int32_t triangle,
+                     double b1, double b2)
 {
     SurfacePoint s;
     s.triangle = triangle;
     s.b1 = b1;
     s.b2 = b2;
-    const auto& c = m_mesh.triangles[triangle];
+    const auto& c = mesh.triangles[triangle];
     const double b0 = 1 - b1 - b2;
-    const Vec3d &p0 = m_mesh.points[c[0]], &p1 = m_mesh.points[c[1]], &p2 = m_mesh.points[c[2]];
+    const Vec3d &p0 = mesh.points[c[0]], &p1 = mesh.points[c[1]], &p2 = mesh.points[c[2]];
     s.position = p0 * b0 + p1 * b1 + p2 * b2;
-    s.normal = Vec3d(m_mesh.normals[c[0]]) * b0 + Vec3d(m_mesh.normals[c[1]]) * b1
-        + Vec3d(m_mesh.normals[c[2]]) * b2;
+    s.normal = Vec3d(mesh.normals[c[0]]) * b0 + Vec3d(mesh.normals[c[1]]) * b1
+        + Vec3d(mesh.normals[c[2]]) * b2;
     double length = s.normal.length();
     if (!(length > 1e-3)) {
         s.normal = (p1 - p0).cross(p2 - p0);
         length = s.normal.length();
     }
     s.normal /= length;
-    if (m_projection.kind != ProjectionKind::uv) s.uv = m_projection.project(s.position);
-    else if (!m_mesh.uv.empty()) {
-        const auto& uv = m_mesh.uv[triangle];
+    if (projection.kind != ProjectionKind::uv) s.uv = projection.project(s.position);
+    else if (!mesh.uv.empty()) {
+        const auto& uv = mesh.uv[triangle];
         s.uv = Vec2d(uv[0]) * b0 + Vec2d(uv[1]) * b1 + Vec2d(uv[2]) * b2;
     } else s.uv = Vec2d(0.0);
     return s;
+}
+
+SurfacePoint Surface::at(std::int32_t triangle, double b1, double b2) const
+{
+    return pointOf(m_mesh, m_projection, triangle, b1, b2);
 }
 
 SurfacePoint Surface::atFraction(double f) const
@@ -266,13 +272,35 @@ Surface::UvGradient Surface::uvGradientAt(const SurfacePoint& s) const
     return g;
 }
 
-Surface loadSurface(const SurfaceSpec& spec)
+Mesh loadMesh(const SurfaceSpec& spec)
 {
     spec.validate();
     Mesh mesh = spec.mesh.empty() ? makeTerrain(spec.terrain) : readMesh(spec.mesh);
     prepareMesh(mesh, spec.scale, spec.move, spec.orientation);
-    return Surface(std::move(mesh), spec.projection,
+    return mesh;
+}
+
+Surface loadSurface(const SurfaceSpec& spec)
+{
+    return Surface(loadMesh(spec), spec.projection,
                    spec.mesh.empty() ? "surface '" + spec.name + "'" : spec.mesh.string());
+}
+
+SecondDensity loadSkinMaps(const SurfaceSpec& spec, const Mesh& mesh)
+{
+    if (spec.skin.material.empty()) return {};
+    SecondDensity maps(spec.skin.maps, true);
+    if (maps.usesUv() && spec.projection.kind == ProjectionKind::uv && mesh.uv.empty())
+        throw Error(
+            "surface '" + spec.name
+            + "': its skin_map is looked up by texture coordinates, but the mesh has none; set the surface's 'projection' to sphere, cylinder or plane");
+    return maps;
+}
+
+Vec3f skinColour(const SkinSpec& skin, const SecondDensity& maps, const SurfacePoint& at)
+{
+    const Vec3f c(skin.colour), map = maps.colour(at.uv, at.position);
+    return {c[0] * map[0], c[1] * map[1], c[2] * map[2]};
 }
 
 } // namespace volcomp

@@ -13,16 +13,27 @@
 #include "volcomp/surface/surface_walk.h"
 #include "volcomp/surface/terrain.h"
 #include "volcomp/base/vec.h"
+#include "volcomp/base/words.h"
 
 namespace volcomp {
 
 class SurfaceTree;
 
-/// A thin opaque shell of voxels on the surface, so that nobody sees through the fur.
+/// What a skin is made of.
+enum class SkinAs {
+    mesh,  ///< the surface itself, traced beside the volume
+    voxels ///< a thin opaque shell of voxels in the volume, for other programs
+};
+constexpr Word<SkinAs> kSkinAsWords[] = {{"mesh", SkinAs::mesh}, {"voxels", SkinAs::voxels}};
+
+/// The surface that is seen under what stands on it.
 struct SkinSpec {
-    std::string material;        ///< name of a material of kind surface; empty: no skin
+    std::string material; ///< name of a material of kind surface; empty: no skin
+    SkinAs as = SkinAs::mesh;
     Vec3d colour{1.0};           ///< linear RGB
-    std::vector<MapFactor> maps; ///< factors on the colour
+    std::vector<MapFactor> maps; ///< factors on the colour; a mesh is cut out by their alpha
+
+    // Of voxels:
     /// Mean transmittance of the shell under directed extinction, from any side, > 0 and < 1; its
     /// root along the normal under isotropic extinction. The optical depth that a single ray meets
     /// depends on how the voxels lie, and is 0.4 of the mean at least.
@@ -57,6 +68,11 @@ struct SurfacePoint {
     double b1 = 0, b2 = 0; ///< weights of the triangle's second and third corner
 };
 
+/// The point of a mesh's triangle (0 to the number of them - 1) with these weights of its second
+/// and third corner. The mesh is as prepareMesh() leaves it.
+SurfacePoint pointOf(const Mesh& mesh, const MapProjection& projection, std::int32_t triangle,
+                     double b1, double b2);
+
 /// A mesh or terrain with its projection. All const functions may be called by several threads at a
 /// time. World space and world units. It can be moved, but not copied; one that was moved from may
 /// only be assigned to or destroyed.
@@ -82,8 +98,7 @@ public:
     /// them compact, and stratified f gives points that cover the surface evenly.
     SurfacePoint atFraction(double f) const;
 
-    /// The point of a triangle (0 to the mesh's number of them - 1) with these weights of its
-    /// second and third corner.
+    /// pointOf() of its mesh.
     SurfacePoint at(std::int32_t triangle, double b1, double b2) const;
 
     /// Every point of the surface that has this (u,v): where the projection's line meets the
@@ -124,8 +139,18 @@ private:
     std::unique_ptr<SurfaceTree> m_uv_tree; ///< of the texture coordinates; null if not used
 };
 
-/// Reads or makes the mesh of `spec`, prepares it and indexes it. Throws Error as SurfaceSpec::
-/// validate(), readMesh(), makeTerrain() and Surface() do.
+/// Reads or makes the mesh of `spec` and prepares it. Throws Error as SurfaceSpec::validate(),
+/// readMesh() and makeTerrain() do.
+Mesh loadMesh(const SurfaceSpec& spec);
+
+/// The same, indexed. Throws Error as loadMesh() and Surface() do.
 Surface loadSurface(const SurfaceSpec& spec);
+
+/// The maps of a skin's colour, for the mesh of `spec`. Without a skin none. Throws Error if they
+/// need texture coordinates that the mesh lacks, and as SecondDensity().
+SecondDensity loadSkinMaps(const SurfaceSpec& spec, const Mesh& mesh);
+
+/// The colour of a skin at a place of its surface, linear RGB; `maps` are those of `skin`.
+Vec3f skinColour(const SkinSpec& skin, const SecondDensity& maps, const SurfacePoint& at);
 
 } // namespace volcomp

@@ -38,6 +38,7 @@ TEST(Skin, TheOpticalDepthAlongTheNormalIsAsAskedAtAnyVoxelAndTurn)
 {
     SkinSpec spec;
     spec.material = "leather";
+    spec.as = SkinAs::voxels;
     spec.transmittance = 1e-3;
     spec.colour = Vec3d(0.2, 0.1, 0.05);
     for (const Vec3d normal : {Vec3d(0, 1, 0), Vec3d(1, 2, 3), Vec3d(1, 1, 0)})
@@ -79,6 +80,7 @@ TEST(Skin, LiesUnderTheSurfaceWhereAsked)
 {
     SkinSpec spec;
     spec.material = "leather";
+    spec.as = SkinAs::voxels;
     spec.depth = 3;
     ComposeParams params;
     params.voxel = 0.05;
@@ -101,6 +103,7 @@ TEST(Skin, OfPartsThatIntersectTheDensitiesAdd)
         crossed.triangles.push_back({t[0] + 4, t[1] + 4, t[2] + 4});
     SkinSpec spec;
     spec.material = "leather";
+    spec.as = SkinAs::voxels;
     spec.transmittance = 1e-3;
     ComposeParams params;
     params.voxel = 0.02;

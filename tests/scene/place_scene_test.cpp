@@ -46,6 +46,7 @@ level = [{length = 0.1, radius = 0.006, outline = "blade"}]
 [surface.ground]
 ground = [1, 1]
 skin = "leather"
+skin_as = "voxels"
 
 [surface.hill]
 ground = [0.5, 0.5]

@@ -12,6 +12,7 @@
 #include "volcomp/base/error.h"
 #include "volcomp/base/random.h"
 #include "volcomp/surface/texture.h"
+#include "volcomp/view/image.h"
 
 namespace volcomp {
 namespace {
@@ -185,6 +186,31 @@ TEST(SecondDensity, channelsAndLuminance)
                         .colour({0.5, 0.5}, Vec3d(0.0)); // a colour map is converted from sRGB
     EXPECT_NEAR(c[0], 1, 1e-5);
     EXPECT_NEAR(c[1], 0.0331, 1e-3);
+}
+
+TEST(SecondDensity, alphasOfColoursMultiply)
+{
+    const auto withAlpha = [](const std::string& name, float alpha) {
+        Image pixel{1, 1, {"R", "G", "B", "A"}, {0.5f * alpha, 0.5f * alpha, 0.5f * alpha, alpha}};
+        const auto file = std::filesystem::path(::testing::TempDir()) / ("volcomp_map_" + name);
+        writeImage(file, pixel);
+        return image(file);
+    };
+    MapFactor half = withAlpha("half.exr", 0.5f), opaque = withAlpha("opaque.exr", 1);
+    const SecondDensity both({half, half, opaque}, true);
+    EXPECT_TRUE(both.hasAlpha());
+    EXPECT_FLOAT_EQ(both.alpha({0.5, 0.5}), 0.25f);
+    EXPECT_FALSE(SecondDensity({opaque}, true).hasAlpha());
+    EXPECT_FLOAT_EQ(SecondDensity({opaque}, true).alpha({0.5, 0.5}), 1);
+    // Of data, and of a channel that is taken by itself, alpha is no outline.
+    EXPECT_FALSE(SecondDensity({half}, false).hasAlpha());
+    half.channel = 0;
+    EXPECT_FALSE(SecondDensity({half}, true).hasAlpha());
+    opaque.wrap = Wrap::black; // nothing is there outside of the unit square
+    const SecondDensity alone({opaque}, true);
+    EXPECT_TRUE(alone.hasAlpha());
+    EXPECT_FLOAT_EQ(alone.alpha({0.5, 0.5}), 1);
+    EXPECT_FLOAT_EQ(alone.alpha({1.6, 0.5}), 0);
 }
 
 TEST(SecondDensity, noiseIsSmoothEvenAndDependsOnItsSeed)

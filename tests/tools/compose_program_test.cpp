@@ -63,7 +63,7 @@ TEST_F(Programs, SurfacesAreLeftOut)
                   "volume.vdb");
     writeSceneWith(
         "[[layer]]",
-        "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\n\n[[layer]]\nsurface = \"ground\"");
+        "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\nskin_as = \"voxels\"\n\n[[layer]]\nsurface = \"ground\"");
     ASSERT_EQ(compose("--stats with.json").status, 0);
     ASSERT_EQ(compose("--stats without.json --leave-out ground").status, 0);
     const auto with = readJson("with.json"), without = readJson("without.json");
@@ -81,7 +81,7 @@ TEST_F(Programs, ASceneWithoutASurfaceIsTheSceneThatHasNone)
     fs::rename(path("volume.vdb"), path("one.vdb"));
     writeSceneWith(
         "[[layer]]",
-        "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\ntranslate = [0, 0.5, 0]\n\n"
+        "[surface.wall]\nmesh = \"ground.obj\"\nskin = \"skin\"\nskin_as = \"voxels\"\ntranslate = [0, 0.5, 0]\n\n"
         "[[layer]]\nsurface = \"ground\"");
     ASSERT_EQ(compose("--leave-out wall").status, 0);
     EXPECT_TRUE(haveSameVoxels(path("volume.vdb"), path("one.vdb")));

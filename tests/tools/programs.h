@@ -16,6 +16,7 @@
 namespace volcomp {
 
 /// A square of 1 m with tufts on it, more of them on its left half, seen from above its front edge.
+/// Its skin is voxels: Embree, which traces meshes, is not instrumented (tests/steps.sh).
 inline constexpr const char* kScene = R"(
 [material.fur]
 kind = "fibre"
@@ -39,6 +40,7 @@ angle_degrees = [0, 20]
 [surface.ground]
 mesh = "ground.obj"
 skin = "skin"
+skin_as = "voxels"
 
 [[layer]]
 name = "fur"

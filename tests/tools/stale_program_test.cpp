@@ -44,7 +44,9 @@ TEST_F(Programs, AVolumeOfOtherPlacementsOrSurfacesIsRefused)
     writeSceneWith("skin = \"skin\"", "");
     expectFailure(render(), {"surface.ground.skin"}, "a.exr");
     writeSceneWith({{"name = \"fur\"", "name = \"fur\"\nsurface = \"ground\""},
-                    {"[compose]", "[surface.wall]\nground = [1, 1]\n\n[compose]"}});
+                    {"[compose]",
+                     "[surface.wall]\nground = [1, 1]\nskin = \"skin\"\nskin_as = "
+                     "\"voxels\"\n\n[compose]"}});
     expectFailure(render(), {"surface.wall.", "is new"}, "a.exr");
     // The files that the scene names count by their content.
     write("scene.toml", kScene);

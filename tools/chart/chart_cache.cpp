@@ -158,6 +158,13 @@ std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& par
     return {{m_tree}};
 }
 
+/// The skins that are meshes; null if the scene has none.
+const SkinTracer* ChartCache::skins()
+{
+    if (!m_skins) m_skins = loadSkins(m_scene);
+    return m_skins.get();
+}
+
 Measured ChartCache::remember(const std::string& name, const json& key,
                               const std::function<Measured()>& measure)
 {
@@ -183,13 +190,14 @@ Measured ChartCache::render(const std::string& name, double voxel, const RenderP
     json settings = settingsOf(params);
     return remember(name, {{"voxel", voxel}, {"settings", settings}, {"lights", lights}}, [&] {
         const std::vector<VoxelLevel> volume = levels(voxel, params);
+        const SkinTracer* meshes = lights ? skins() : nullptr;
         return m_tool.stage(name, [&](const Progress& progress) {
             Measured best;
             for (int run = 0; run < 3; ++run) { // a short render is measured three times
                 const double start = cpuSeconds();
                 best.image = volcomp::render(volume, m_scene.materials, m_scene.camera,
                                              lights ? m_scene.lights : std::vector<Light>(), params,
-                                             progress);
+                                             progress, nullptr, nullptr, meshes);
                 const double seconds = cpuSeconds() - start;
                 best.cpu_seconds = run == 0 ? seconds : std::min(best.cpu_seconds, seconds);
                 if (seconds > 1) break;

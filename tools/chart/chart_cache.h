@@ -12,6 +12,7 @@
 #include "volcomp/view/image.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_skins.h"
 #include "tools/shared/tool.h"
 #include "volcomp/render/tree/voxel_levels.h"
 
@@ -32,9 +33,9 @@ public:
     ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> leave_out,
                std::filesystem::path directory);
 
-    /// Renders the scene's volume with voxels of `voxel` metres, without any light if `lights` is
-    /// false. The time includes the sweep and the trees that the method needs, but not the loading
-    /// of the volume and the making of its coarser levels.
+    /// Renders the scene's volume with voxels of `voxel` metres and its skins, or, if `lights` is
+    /// false, the volume alone without any light. The time includes the sweep and the trees that
+    /// the method needs, but not the loading of the volume and the making of its coarser levels.
     Measured render(const std::string& name, double voxel, const RenderParams& params,
                     bool lights = true);
 
@@ -58,6 +59,7 @@ private:
     std::filesystem::path place(const std::string& kind, const nlohmann::json& key,
                                 const char* ending) const;
     std::vector<VoxelLevel> levels(double voxel, const RenderParams& params);
+    const SkinTracer* skins();
 
     Tool& m_tool;
     const Scene& m_scene;
@@ -66,6 +68,7 @@ private:
     nlohmann::json m_scene_key, m_program_key;
     std::shared_ptr<const VoxelTree> m_tree;
     double m_tree_voxel = 0;
+    std::unique_ptr<const SkinTracer> m_skins; ///< once they are asked for
 };
 
 } // namespace volcomp

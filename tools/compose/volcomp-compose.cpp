@@ -278,6 +278,11 @@ void run(Tool& tool, const Options& options)
     checkMemory(tool, options, boxes, placed, params);
     const PackedVolume volume =
         tool.stage("compose", [&](const Progress& p) { return compose(boxes, placed, params, p); });
+    if (volume.voxels() == 0)
+        tool.say(skinRecipe(scene).empty()
+                     ? "the volume has no voxels"
+                     : "the volume has no voxels: a picture of it shows the skins that "
+                       "volcomp-render traces, and nothing else");
     tool.say(fmt::format("{} placements, {} voxels of {:.4g} m, {:.0f} MB", placed.boxes.size(),
                          volume.voxels(), params.voxel, double(volume.bytes()) / 1048576));
     tool.stats["placements"] = placed.boxes.size();

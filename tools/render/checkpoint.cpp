@@ -9,6 +9,7 @@
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/random.h"
 #include "tools/shared/settings.h"
+#include "volcomp/scene/scene_recipe.h"
 #include "volcomp/volume/vdb_io.h"
 #include "volcomp/render/tree/voxel_levels.h"
 
@@ -65,6 +66,7 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
           c.width}},
         {"lights", json::array()},
         {"materials", json::array()}};
+    if (const Recipe skins = skinRecipe(scene); !skins.empty()) print["skins"] = skins.hash();
     for (const Light& l : scene.lights)
         print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position),
                                    toJson(l.strength), l.angle, l.soft_angle});

@@ -11,7 +11,7 @@
 
 namespace volcomp {
 
-/// Everything that a picture depends on: volume, settings, camera, lights, materials and the
+/// Everything that a picture depends on: volume, settings, camera, lights, materials, skins and the
 /// program's version. Throws Error if the volume cannot be read.
 nlohmann::json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
                                  const std::string& grid = {});

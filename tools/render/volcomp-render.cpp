@@ -18,6 +18,7 @@
 #include "tools/shared/scene_files.h"
 #include "volcomp/scene/scene.h"
 #include "volcomp/scene/scene_recipe.h"
+#include "volcomp/scene/scene_skins.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
@@ -75,8 +76,9 @@ bool attempt(const Tool& tool, const std::string& what, bool& warned,
 
 /// Renders with pauses in which the preview and the checkpoint are written.
 Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
-                    const std::vector<VoxelLevel>& levels, const fs::path& checkpoint,
-                    RenderState state, const nlohmann::json& fingerprint, RenderStats& stats)
+                    const std::vector<VoxelLevel>& levels, const SkinTracer* skins,
+                    const fs::path& checkpoint, RenderState state,
+                    const nlohmann::json& fingerprint, RenderStats& stats)
 {
     const bool saves = options.checkpoint_seconds > 0;
     double saved = wallSeconds();
@@ -100,7 +102,7 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
         if (saves) handler.emplace();
         try {
             return render(levels, scene.materials, scene.camera, scene.lights, scene.render,
-                          progress, &stats, &watch);
+                          progress, &stats, &watch, skins);
         } catch (const Stopped& e) {
             throw Error(
                 std::string(e.what())
@@ -198,17 +200,17 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
 
 /// Throws Error if the scene would compose another volume, unless that is allowed. A scene without
 /// surfaces and layers, which shows any volume, and a volume without a recipe pass. Returns the
-/// hash of the volume's recipe; empty if it has none.
-std::string checkedRecipe(const Tool& tool, const Scene& scene, const fs::path& volume, Stale stale)
+/// hash of the volume's recipe; empty if it has none. Takes the surfaces that were left out of the
+/// volume out of the scene.
+std::string checkedRecipe(const Tool& tool, Scene& scene, const fs::path& volume, Stale stale)
 {
     const Recipe made = recipeOf(readVolumeMetadata(volume));
     if (made.empty()) return "";
     if (scene.surfaces.empty() && scene.layers.empty()) return made.hash();
-    Scene composed = scene;
     for (const auto& [name, value] : made.entries())
         if (name == std::string(kOption) + "leave-out")
-            static_cast<void>(removeSurface(composed, value)); // one that is gone is no difference
-    requireFresh(tool, volume, made, placedRecipe(composed, wantedBoxes(composed)), stale,
+            static_cast<void>(removeSurface(scene, value)); // one that is gone is no difference
+    requireFresh(tool, volume, made, placedRecipe(scene, wantedBoxes(scene)), stale,
                  "Compose it anew with volcomp-compose");
     return made.hash();
 }
@@ -229,13 +231,22 @@ RenderState startingState(const Tool& tool, const Options& options, const fs::pa
     return {};
 }
 
+/// The skins that are meshes; null if there are none.
+std::unique_ptr<const SkinTracer> skinsOf(Tool& tool, const Scene& scene)
+{
+    if (skinRecipe(scene).empty()) return nullptr;
+    auto skins = tool.stage("skins", [&](const Progress& p) { return loadSkins(scene, p); });
+    tool.stats["skins"] = {{"meshes", skins->meshes().size()}, {"triangles", skins->triangles()}};
+    return skins;
+}
+
 void explainPixel(Tool& tool, const Options& options, const Scene& scene,
-                  const std::vector<VoxelLevel>& levels)
+                  const std::vector<VoxelLevel>& levels, const SkinTracer* skins)
 {
     const Pixel pixel = readPixel("--explain", options.explain);
     const RayExplanation explanation = tool.stage("explain", [&](const Progress&) {
         return explain(levels, scene.materials, scene.camera, scene.lights, scene.render, pixel.x,
-                       pixel.y);
+                       pixel.y, skins);
     });
     std::cout << explanationTable(explanation, scene.lights);
     if (!std::cout.flush()) throw Error("--explain: the table could not be written to the output");
@@ -250,6 +261,7 @@ nlohmann::json asJson(const RenderStats& stats, const std::vector<VoxelLevel>& l
             {"shaded_voxels", stats.shaded_voxels},
             {"active_voxels", stats.active_voxels},
             {"volume_bytes", bytes},
+            {"skin_shadow_bytes", stats.skin_shadow_bytes},
             {"prepare_seconds", stats.prepare_seconds},
             {"march_seconds", stats.march_seconds}};
 }
@@ -283,15 +295,16 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     const std::vector<VoxelLevel> levels = tool.stage("load", [&](const Progress& progress) {
         return readVoxelLevels(volume, scene.camera, scene.render, progress, options.grid);
     });
+    const auto skins = skinsOf(tool, scene);
     for (const VoxelLevel& level : levels)
         for (const std::string& warning : level.tree->warnings()) tool.warn(warning);
     tool.stats["settings"] = settingsOf(scene.render);
-    if (!options.explain.empty()) explainPixel(tool, options, scene, levels);
+    if (!options.explain.empty()) explainPixel(tool, options, scene, levels, skins.get());
     if (options.outputs.empty()) return;
 
     RenderStats stats;
-    const Image image = renderWatched(tool, options, scene, levels, checkpoint, std::move(state),
-                                      fingerprint, stats);
+    const Image image = renderWatched(tool, options, scene, levels, skins.get(), checkpoint,
+                                      std::move(state), fingerprint, stats);
     tool.stats["render"] = asJson(stats, levels);
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,

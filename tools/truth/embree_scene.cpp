@@ -11,6 +11,7 @@
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/interval.h"
+#include "volcomp/render/skin/skin_tracer.h"
 
 namespace volcomp {
 namespace {
@@ -18,11 +19,10 @@ namespace {
 constexpr std::uint32_t kNone = RTC_INVALID_GEOMETRY_ID;
 
 /// What the primitives of one Embree geometry are: the round or the flat segments of one part of a
-/// box, or the triangles of a skin.
+/// box.
 struct Source {
     const std::vector<Segment>* segments = nullptr;
     std::vector<std::uint32_t> index; ///< of the segment, by primitive
-    const Skin* skin = nullptr;
     const Material* material = nullptr;
     Lobe lobe{};
 };
@@ -112,19 +112,6 @@ RTCGeometry roundPieces(RTCDevice device, const Source& source)
     return g;
 }
 
-RTCGeometry triangles(RTCDevice device, const Mesh& mesh, const Vec3d& origin)
-{
-    std::vector<std::array<float, 3>> points;
-    std::vector<std::array<unsigned, 3>> corners;
-    for (const Vec3d& p : mesh.points) points.push_back(asFloats(p - origin));
-    for (const auto& t : mesh.triangles)
-        corners.push_back({unsigned(t[0]), unsigned(t[1]), unsigned(t[2])});
-    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    setBuffer(g, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, points);
-    setBuffer(g, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, corners);
-    return g;
-}
-
 /// A piece of a strand at a point of it, in the world.
 struct PieceAt {
     Vec3d axis; ///< unit
@@ -145,17 +132,14 @@ struct EmbreeScene::Impl {
     const ExactScene& exact;
     const double solid_radius;
     Vec3d origin{0.0}; ///< of Embree's coordinates: floats are finest around 0
-    std::vector<Skin> skins;
+    std::unique_ptr<const SkinTracer> skins; ///< of meshes and of voxels alike
+    std::vector<Lobe> skin_lobes;
     RTCDevice device = nullptr;
     RTCScene top = nullptr;
     std::vector<RTCScene> boxes;
     std::vector<std::vector<Source>> box_sources; ///< by box, then by geometry
-    std::vector<Source> skin_sources;             ///< geometries after the instances
 
-    Impl(const ExactScene& scene, double solid)
-        : exact(scene), solid_radius(solid), skins(skinsOf(scene.placed))
-    {
-    }
+    Impl(const ExactScene& scene, double solid) : exact(scene), solid_radius(solid) { }
     ~Impl()
     {
         if (top) rtcReleaseScene(top);
@@ -190,12 +174,25 @@ struct EmbreeScene::Impl {
         if (!device) throw Error("Embree could not be started");
         top = newScene();
         if (!exact.placed.boxes.empty()) origin = exact.placed.boxes.placements[0].position;
-        else if (!skins.empty()) origin = skins[0].surface().mesh().points[0];
         for (const Skeleton& box : exact.boxes) addBox(box);
         for (const Placement& p : exact.placed.boxes.placements) addInstance(p);
-        for (const Skin& skin : skins) addSkin(skin);
         rtcCommitScene(top);
         check();
+        addSkins();
+    }
+
+    void addSkins()
+    {
+        std::vector<SkinMesh> meshes;
+        for (const PlacedSurface& s : exact.placed.surfaces)
+            if (!s.skin.material.empty())
+                meshes.push_back(
+                    {s.name,
+                     std::shared_ptr<const Mesh>(std::shared_ptr<void>(), &s.surface.mesh()),
+                     s.surface.projection(), s.skin, s.skin_colour,
+                     exact.material(s.skin.material)});
+        for (const SkinMesh& mesh : meshes) skin_lobes.push_back(makeLobe(mesh.material));
+        skins = std::make_unique<const SkinTracer>(std::move(meshes));
     }
 
     void addBox(const Skeleton& box)
@@ -232,23 +229,8 @@ struct EmbreeScene::Impl {
         attach(top, g);
     }
 
-    void addSkin(const Skin& skin)
-    {
-        Source s;
-        s.skin = &skin;
-        s.material = &exact.material(skin.material());
-        s.lobe = makeLobe(*s.material);
-        attach(top, triangles(device, skin.surface().mesh(), origin));
-        skin_sources.push_back(std::move(s));
-    }
-
-    void describeSkin(const Source& source, const RTCHit& found, ExactHit& hit) const
-    {
-        const SurfacePoint at =
-            source.skin->surface().at(std::int32_t(found.primID), found.u, found.v);
-        hit.direction = at.normal;
-        hit.colour = Vec3d(source.skin->colour(at));
-    }
+    std::optional<ExactHit> hitPiece(const Vec3d& from, const Vec3d& direction,
+                                     double distance) const;
 
     void describePiece(const Source& source, const RTCHit& found, ExactHit& hit) const
     {
@@ -292,30 +274,47 @@ EmbreeScene::~EmbreeScene() = default;
 
 std::optional<ExactHit> EmbreeScene::hit(const Vec3d& origin, const Vec3d& direction) const
 {
+    const std::optional<SkinHit> skin = m->skins->hit(origin, direction);
+    std::optional<ExactHit> piece =
+        m->hitPiece(origin, direction, skin ? skin->distance : kInfinity);
+    if (piece || !skin) return piece;
+    ExactHit hit;
+    hit.position = skin->position;
+    hit.start = skin->start;
+    hit.direction = skin->normal;
+    hit.colour = skin->colour;
+    hit.material = &m->skins->meshes()[skin->skin].material;
+    hit.lobe = &m->skin_lobes[skin->skin];
+    hit.instance = hit.geometry = kNone;
+    hit.first_own = 1, hit.last_own = 0;
+    return hit;
+}
+
+std::optional<ExactHit> EmbreeScene::Impl::hitPiece(const Vec3d& from, const Vec3d& direction,
+                                                    double distance) const
+{
     Context context;
     RTCRayHit found{};
-    found.ray = rayOf(origin - m->origin, direction, kInfinity);
+    found.ray = rayOf(from - origin, direction, distance);
     found.hit.geomID = found.hit.instID[0] = kNone;
-    rtcIntersect1(m->top, &context.base, &found);
+    rtcIntersect1(top, &context.base, &found);
     if (found.hit.geomID == kNone) return std::nullopt;
     ExactHit hit;
-    hit.position = hit.start = origin + direction * double(found.ray.tfar);
+    hit.position = hit.start = from + direction * double(found.ray.tfar);
     hit.instance = found.hit.instID[0];
     hit.geometry = found.hit.geomID;
     hit.first_own = hit.last_own = found.hit.primID;
-    const bool in_box = hit.instance != kNone;
-    const auto& placements = m->exact.placed.boxes.placements;
-    const Source& source = in_box ? m->box_sources[placements[hit.instance].box][hit.geometry]
-                                  : m->skin_sources[hit.geometry - placements.size()];
+    const Source& source =
+        box_sources[exact.placed.boxes.placements[hit.instance].box][hit.geometry];
     hit.material = source.material;
     hit.lobe = &source.lobe;
-    if (in_box) m->describePiece(source, found.hit, hit);
-    else m->describeSkin(source, found.hit, hit);
+    describePiece(source, found.hit, hit);
     return hit;
 }
 
 bool EmbreeScene::isOccluded(const ExactHit& from, const Vec3d& L, double distance) const
 {
+    if (m->skins->isOccluded(from.start, L, distance)) return true;
     Context context;
     context.instance = from.instance;
     context.geometry = from.geometry;

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "volcomp/base/progress.h"
-#include "volcomp/compose/skin.h"
 #include "volcomp/compose/voxel_tint.h"
 #include "volcomp/grow/grow.h"
 #include "volcomp/place/placed_scene.h"

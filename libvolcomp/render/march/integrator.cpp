@@ -43,8 +43,8 @@ double depthAlong(const MarchScene& scene, const MarchRay& r, const Vec3d& direc
     return scene.dual ? trilinearDepth(scene, r, direction) : exactDepth(scene, r, direction);
 }
 
-void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
-                            std::vector<float>& seen) const
+double Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
+                              std::vector<float>& seen) const
 {
     const VoxelTree& tree = m_scene.tree;
     const MarchRay r(tree, tree.toCorner(origin), tree.directionToCorner(direction),
@@ -63,6 +63,7 @@ void Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double 
         seen[span.leaf] = std::max(seen[span.leaf], float(greatest));
         return depth < darkest();
     });
+    return depth;
 }
 
 } // namespace volcomp

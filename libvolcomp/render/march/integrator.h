@@ -32,11 +32,17 @@ public:
     /// Uses swept light instead of rays, if it is known. The sweep must outlive this.
     void useSweep(const ShadowSweep& sweep) { m_scene.sweep = &sweep; }
 
+    /// Lets skins shadow the volume. The shadow must outlive this.
+    void useSkinShadow(const SkinShadow& shadow) { m_scene.skin_shadow = &shadow; }
+
+    /// All that rays through the tree share.
+    const MarchScene& scene() const { return m_scene; }
+
     /// Raises the weights of the leaves that the ray reaches between two distances and before the
     /// cutoff, as ShadowSweep wants them: `seen` has one for each leaf, the greatest share of a ray
-    /// that shows a voxel of it.
-    void markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
-                    std::vector<float>& seen) const;
+    /// that shows a voxel of it. Returns the optical depth of the way.
+    double markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
+                      std::vector<float>& seen) const;
 
     /// The optical depth behind which nothing matters.
     double darkest() const { return m_scene.darkest(); }

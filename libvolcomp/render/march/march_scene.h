@@ -17,6 +17,8 @@
 
 namespace volcomp {
 
+class SkinShadow;
+
 /// A copy shares the tree, the dual tree and the sweep, and owns the rest. Nothing in it changes
 /// while rays are traced, so threads share it.
 struct MarchScene {
@@ -34,6 +36,7 @@ struct MarchScene {
     const VoxelTree& tree;
     std::shared_ptr<const DualTree> dual; ///< set if and only if the filter is trilinear
     const ShadowSweep* sweep = nullptr;   ///< swept light, or nullptr if rays are to find all light
+    const SkinShadow* skin_shadow = nullptr; ///< of the skins on the volume, or nullptr: none
     RenderParams params;
     std::vector<Material> materials;  ///< by part
     std::vector<Lobe> lobes;          ///< 64 for each part, see lobe()

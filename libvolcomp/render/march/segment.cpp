@@ -6,6 +6,7 @@
 #include "volcomp/base/interval.h"
 #include "volcomp/render/march/integration.h"
 #include "volcomp/render/march/segment_light.h"
+#include "volcomp/render/skin/skin_shadow.h"
 
 namespace volcomp {
 
@@ -44,7 +45,15 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Vec3d& from_light = shading.from_light[l];
         if (!(from_light[0] + from_light[1] + from_light[2] > 0)) continue;
-        const double light = lightOfSegment(scene, l, segment, opacity, sample, scratch);
+        // What the skins let through to the segment's middle.
+        const double passes = scene.skin_shadow
+            ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
+            : 1;
+        if (!(passes > 0)) {
+            if (seen) seen->lights.push_back({l, from_light, 0, Vec3d(0.0)});
+            continue;
+        }
+        const double light = passes * lightOfSegment(scene, l, segment, opacity, sample, scratch);
         const Vec3d radiance = sample.transmittance * (light * from_light);
         sample.radiance += radiance;
         if (scene.params.aovs) scratch.light_radiance[l] += radiance;

@@ -16,6 +16,8 @@
 #include "volcomp/view/camera.h"
 #include "volcomp/render/march/integrator.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/skin/skin_shading.h"
+#include "volcomp/render/skin/skin_shadow.h"
 #include "volcomp/render/tree/voxel_levels.h"
 
 namespace volcomp {
@@ -25,28 +27,35 @@ namespace volcomp {
 class LevelOfDetail {
 public:
     /// `part_materials` holds the material of each part of the trees. `rays` and `crop` are the
-    /// picture's: light is swept where its rays look.
+    /// picture's: light is swept where its rays look. `skins` may be null, and must outlive this.
     LevelOfDetail(const std::vector<VoxelLevel>& levels,
                   const std::vector<Material>& part_materials, const std::vector<Light>& lights,
-                  const RenderParams& params, const CameraRays& rays, const Crop& crop);
+                  const RenderParams& params, const CameraRays& rays, const Crop& crop,
+                  const SkinTracer* skins = nullptr);
 
     LevelOfDetail(const LevelOfDetail&) = delete;
     LevelOfDetail& operator=(const LevelOfDetail&) = delete;
 
-    /// As Integrator::trace(), from the level of each distance.
-    RaySample trace(const Vec3d& origin, const Vec3d& direction,
-                    Integrator::Scratch& scratch) const;
+    /// As Integrator::trace(), from the level of each distance, as far as a skin; then the skin.
+    /// `seen`, if not null, becomes what was added of that, if anything.
+    RaySample trace(const Vec3d& origin, const Vec3d& direction, Integrator::Scratch& scratch,
+                    std::optional<SeenSkin>* seen = nullptr) const;
+
+    std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
 
 private:
     struct Level : VoxelLevel {
         std::optional<Integrator> integrator;
         std::unique_ptr<const ShadowSweep> sweep;
+        std::unique_ptr<const SkinShadow> skin_shadow;
     };
     void sweep(Level& level, const CameraRays& rays, const Crop& crop);
+    void markLeaves(const Level& level, const CameraRay& ray, std::vector<float>& seen) const;
 
     std::vector<Material> m_materials;
     std::vector<Light> m_lights;
     RenderParams m_params;
+    const SkinTracer* m_skins;
     std::deque<Level> m_levels;
 };
 

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volcomp/render/skin/skin_shading.h"
+
+#include <cmath>
+
+#include "volcomp/render/march/integration.h"
+
+namespace volcomp {
+namespace {
+
+constexpr double kClosest = 1e-6; ///< least distance to a light, world units
+
+/// A place on a skin as the volume has it.
+struct PlaceInGrid {
+    Vec3d p; ///< corner coordinates
+    int cell[3] = {0, 0, 0};
+    bool in_bounds = true; ///< of the tree; else there is no cell
+
+    PlaceInGrid(const VoxelTree& tree, const Vec3d& world) : p(tree.toCorner(world))
+    {
+        const openvdb::CoordBBox& box = tree.bounds();
+        for (int a = 0; a < 3; ++a)
+            in_bounds = in_bounds && p[a] >= box.min()[a] && p[a] < box.max()[a] + 1.0;
+        for (int a = 0; in_bounds && a < 3; ++a) cell[a] = int(std::floor(p[a]));
+        in_bounds = in_bounds && !tree.empty();
+    }
+};
+
+/// What the volume lets through to a light. `weight` is the share of the pixel that shows the
+/// place.
+double throughVolume(const MarchScene& scene, std::size_t l, const PlaceInGrid& at,
+                     const Illumination& in, double weight, RayCounts& counts)
+{
+    if (scene.tree.empty()) return 1;
+    const Vec3d L = scene.tree.directionToCorner(in.L);
+    const double length = in.distance / scene.tree.voxelSize();
+    if (!at.in_bounds) { // which the sweep does not know
+        ++counts.shadow_rays;
+        const MarchRay ray = scene.dual ? MarchRay(*scene.dual, at.p - Vec3d(0.5), L, length)
+                                        : MarchRay(scene.tree, at.p, L, length);
+        return std::exp(-depthAlong(scene, ray, in.L));
+    }
+    if (scene.sweep)
+        if (const auto rough = scene.sweep->approximateTransmittance(l, at.cell, at.p, L, length);
+            rough && weight * rough->value < ShadowSweep::kFineWeight)
+            return rough->value;
+    return std::exp(-depthToLight(scene, l, at.cell, at.p, counts));
+}
+
+} // namespace
+
+void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hit, const Vec3d& V,
+             RaySample& sample, RayScratch& scratch, std::optional<SeenSkin>* seen)
+{
+    const double weight = sample.transmittance;
+    sample.transmittance = 0;
+    if (!(weight > 0) || weight < scene.params.cutoff) return;
+    const Material& material = skins.meshes()[hit.skin].material;
+    const Lobe lobe = makeLobe(material);
+    const Vec3d albedo = material.alpha * hit.colour,
+                ambient = weight * albedo * scene.params.ambient;
+    sample.radiance += ambient;
+    if (seen) seen->emplace(SeenSkin{hit, weight, {}, ambient});
+    if (scene.params.aovs) {
+        sample.albedo += weight * albedo;
+        sample.normal += weight * hit.normal;
+        sample.depth += weight * hit.distance;
+    }
+    const bool shadows = scene.params.shadows != Shadows::none;
+    const PlaceInGrid at(scene.tree, hit.position);
+    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+        const Illumination in = illuminate(scene.lights[l], hit.position, kClosest);
+        if (!(in.weight > 0)) continue;
+        const Reflection f = reflectSurface(lobe, hit.normal, V, in.L);
+        const Vec3d reflected = (f.diffuse * hit.colour + f.specular * material.specular_colour)
+            * scene.lights[l].strength * in.weight;
+        if (!(reflected[0] + reflected[1] + reflected[2] > 0)) continue;
+        double passes = 1;
+        if (shadows)
+            passes = skins.isOccluded(hit.start, in.L, in.distance)
+                ? 0
+                : throughVolume(scene, l, at, in, weight, scratch.counts);
+        const Vec3d radiance = weight * passes * reflected;
+        sample.radiance += radiance;
+        if (scene.params.aovs) scratch.light_radiance[l] += radiance;
+        if (seen) (*seen)->lights.push_back({l, reflected, passes, radiance});
+    }
+}
+
+} // namespace volcomp
