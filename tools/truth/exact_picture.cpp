@@ -127,11 +127,14 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
     const RenderParams& render = scene.render;
     render.validate();
     scene.camera.validate();
-    if (params.samples < 2) throw Error("expected at least 2 samples, for two halves");
+    if (params.samples < (params.halves ? 2 : 1))
+        throw Error(params.halves ? "expected at least 2 samples, for two halves"
+                                  : "expected at least 1 sample");
     const CameraRays rays(scene.camera, render.width, render.height);
     const PixelSampler filter(render);
     const bool backed = render.background.lengthSqr() > 0; // as render(): alpha is 1 then
-    const int half = params.samples / 2;
+    const int first_samples = params.halves ? params.samples / 2 : params.samples,
+              second_samples = params.samples - first_samples;
 
     const auto trace = [&](int x, int y, const HalfPixel& samples) {
         Sums sums{};
@@ -150,19 +153,26 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
     Image image;
     image.width = render.width;
     image.height = render.height;
-    image.channels = {"R", "G", "B", "A", "half.R", "half.G", "half.B", "half.A"};
+    image.channels = {"R", "G", "B", "A"};
+    if (params.halves)
+        for (const char* channel : {"half.R", "half.G", "half.B", "half.A"})
+            image.channels.emplace_back(channel);
     image.pixels.resize(std::size_t(image.width) * image.height * image.channels.size());
     SharedProgress shared(progress, std::size_t(image.height));
     tbb::parallel_for(0, image.height, [&](int y) {
         for (int x = 0; x < image.width; ++x) {
             const std::uint64_t key =
                 hashKey(params.seed, std::uint64_t(y) * std::uint64_t(image.width) + x);
-            const Sums a = trace(x, y, HalfPixel(hashKey(key, 0), half)),
-                       b = trace(x, y, HalfPixel(hashKey(key, 1), params.samples - half));
+            const Sums a = trace(x, y, HalfPixel(hashKey(key, 0), first_samples));
             float* pixel = image.pixel(x, y);
+            if (!params.halves) {
+                for (int c = 0; c < 4; ++c) pixel[c] = float(a[c] / first_samples);
+                continue;
+            }
+            const Sums b = trace(x, y, HalfPixel(hashKey(key, 1), second_samples));
             // The mean of the halves, which weigh the same: then one half tells the other.
             for (int c = 0; c < 4; ++c) {
-                const double first = a[c] / half, second = b[c] / (params.samples - half);
+                const double first = a[c] / first_samples, second = b[c] / second_samples;
                 pixel[c] = float(0.5 * (first + second));
                 pixel[4 + c] = float(first);
             }
