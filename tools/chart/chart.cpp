@@ -45,15 +45,20 @@ LabelBox labelBeside(const std::array<double, 2>& mark, double gap, double angle
             start(mark[1], std::sin(angle), height, frame.y, frame.height), width, height};
 }
 
-/// Returns the area of a box that other boxes and the marks of the points take, square pixels.
-double covered(const LabelBox& box, const std::vector<LabelBox>& boxes,
-               const std::vector<std::array<double, 2>>& marks)
+/// Returns the area of a box that the marks of points take, each `size` pixels wide, square pixels.
+double covered(const LabelBox& box, const std::vector<std::array<double, 2>>& marks, double size)
 {
-    constexpr double kMark = 5; // half the size of a mark, pixels
+    double area = 0;
+    for (const auto& mark : marks)
+        area += overlap(box, {mark[0] - 0.5 * size, mark[1] - 0.5 * size, size, size});
+    return area;
+}
+
+/// The same of other boxes.
+double covered(const LabelBox& box, const std::vector<LabelBox>& boxes)
+{
     double area = 0;
     for (const LabelBox& other : boxes) area += overlap(box, other);
-    for (const auto& mark : marks)
-        area += overlap(box, {mark[0] - kMark, mark[1] - kMark, 2 * kMark, 2 * kMark});
     return area;
 }
 
@@ -216,7 +221,8 @@ int cheapestWithin(const std::vector<ChartPoint>& points, double limit)
 
 std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& marks,
                                   const std::vector<std::string>& names, const LabelBox& frame,
-                                  double character_width, double line_height)
+                                  double character_width, double line_height,
+                                  const std::vector<std::array<double, 2>>& lines)
 {
     std::vector<LabelBox> boxes; // of the names so far
     boxes.reserve(marks.size());
@@ -229,7 +235,9 @@ std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& mark
                     const LabelBox box =
                         labelBeside(marks[i], gap, turn * 2 * kPi / 16, frame,
                                     character_width * double(characters(names[i])), line_height);
-                    const double cost = 0.6 * gap + 3 * covered(box, boxes, marks);
+                    const double cost = 0.6 * gap
+                        + 3 * (covered(box, boxes) + covered(box, marks, 10))
+                        + 0.4 * covered(box, lines, 4);
                     if (cost >= least) continue;
                     least = cost;
                     best = box;

@@ -41,8 +41,9 @@ struct TruthRow {
 };
 
 /// Returns what is compared with the exact geometry, voxel size by voxel size, and by rising
-/// samples in each method: 1, 4 and 16 samples of the box filter with swept light, and of the other
-/// filter and shadows at the scene's voxel, or at every voxel size.
+/// samples in each method: 1, 4 and 16 samples of the box filter with swept light; at the scene's
+/// voxel the same of the other filter or shadows, and 4 samples of both, the dearest. Or all of
+/// these everywhere.
 std::vector<TruthRow> truthRows(const std::vector<double>& factors, bool all_methods);
 
 /// Samples per pixel of the curves that are traced directly.

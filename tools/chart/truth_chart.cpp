@@ -64,17 +64,15 @@ Line styleOf(const TruthResult& r, std::vector<double>& other_factors)
     if (r.curves) return {"", kCurveColour, 3, false, {}, {}};
     const bool first = r.row.filter == Filter::box && r.row.shadows == Shadows::sweep;
     if (r.row.factor == 1) {
-        if (first) return {"volume, voxels of the scene", kSceneVoxel, 3, false, {}, {}};
-        std::string name = r.row.filter == Filter::trilinear ? "trilinear" : "";
-        if (r.row.shadows == Shadows::exact)
-            name += name.empty() ? "shadow rays" : " + shadow rays";
-        return {name, kOtherMethod, 1, true, {}, {}};
+        if (first) return {"voxels of the scene", kSceneVoxel, 3, false, {}, {}};
+        const bool both = r.row.filter == Filter::trilinear && r.row.shadows == Shadows::exact;
+        return {both ? "trilinear, shadow rays" : "", kOtherMethod, 1, true, {}, {}};
     }
     auto at = std::find(other_factors.begin(), other_factors.end(), r.row.factor);
     if (at == other_factors.end()) at = other_factors.insert(at, r.row.factor);
     const char* colour =
         kOtherVoxels[std::size_t(at - other_factors.begin()) % std::size(kOtherVoxels)];
-    return {first ? fmt::format("voxels x {:g}", r.row.factor) : "",
+    return {first ? fmt::format("voxels ×{:g}", r.row.factor) : "",
             colour,
             first ? 1.5 : 0.7,
             !first,
@@ -153,12 +151,12 @@ void appendText(std::string& script, const std::string& text, double x, double y
 }
 
 /// Adds the places on the line between two points, which names keep away from.
-void addBetween(std::vector<Place>& marks, const Place& a, const Place& b)
+void addBetween(std::vector<Place>& places, const Place& a, const Place& b)
 {
     const int steps = int(std::hypot(b[0] - a[0], b[1] - a[1]) / 9);
     for (int i = 1; i < steps; ++i) {
         const double t = double(i) / steps;
-        marks.push_back({a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
+        places.push_back({a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
     }
 }
 
@@ -179,14 +177,16 @@ void appendNames(std::string& script, const std::vector<Line>& lines,
             bold.push_back(line.width >= 3 && p.name.size() > 3);
         }
     const std::size_t named = marks.size();
+    std::vector<Place> between;
     for (const Line& line : lines)
         for (std::size_t i = 0; i < line.points.size(); ++i) {
             const Place here = axes.at(line.points[i].x, line.points[i].y);
             if (line.points[i].name.empty()) marks.push_back(here);
-            if (i > 0) addBetween(marks, axes.at(line.points[i - 1].x, line.points[i - 1].y), here);
+            if (i > 0)
+                addBetween(between, axes.at(line.points[i - 1].x, line.points[i - 1].y), here);
         }
     for (std::size_t i = 1; i < whole.size(); ++i)
-        addBetween(marks, axes.at(whole[i - 1].seconds, whole[i - 1].error),
+        addBetween(between, axes.at(whole[i - 1].seconds, whole[i - 1].error),
                    axes.at(whole[i].seconds, whole[i].error));
     for (double x = 4; x < 150; x += 8)
         for (const double y : {6.0, 14.0, 22.0}) {
@@ -194,7 +194,7 @@ void appendNames(std::string& script, const std::vector<Line>& lines,
             marks.push_back({f.x + f.width - x, f.y + y});
         }
     names.resize(marks.size());
-    const std::vector<LabelBox> boxes = placeLabels(marks, names, f, kCharacter, kLine);
+    const std::vector<LabelBox> boxes = placeLabels(marks, names, f, kCharacter, kLine, between);
     for (std::size_t i = 0; i < named; ++i) {
         const LabelBox& b = boxes[i];
         const bool right_of = marks[i][0]<b.x, left_of = marks[i][0]> b.x + b.width;
@@ -242,9 +242,7 @@ void appendPanel(std::string& script, const std::vector<TruthResult>& results, b
     for (const Line& line : lines)
         for (const ChartPoint& p : line.points) axes.y.add(p.y);
     axes.y = axes.y.padded();
-    appendAxes(script, axes,
-               blocks ? "Error in blocks of 4x4 pixels (what stays wrong)"
-                      : "Error of single pixels (noise included)");
+    appendAxes(script, axes, blocks ? "Error in blocks of 4x4 pixels" : "Error of single pixels");
     const std::vector<CurveCost> whole = wholeLine(curvesOf(results, blocks), axes);
     appendGrounds(script, whole, axes);
     appendText(script, "volumes are cheaper", frame.x + 8, frame.y + frame.height - 13, "left",
@@ -288,19 +286,24 @@ std::string truthScript(const std::string& title, const std::string& subtitle,
                       2 * kWidth, 2 * kHeight, kFont);
     script += fmt::format("set output {}\n", gnuplotFile(output));
     script += "set encoding utf8\nset multiplot\nset logscale xy\nset mxtics 10\nset mytics 10\n"
-              "set grid xtics ytics lc rgb '#d8d8d8' lw 0.6\nset border lc rgb '#555555' lw 0.7\n"
+              "set grid xtics ytics lc rgb '#c8c8c8' lw 0.6\nset border lc rgb '#555555' lw 0.7\n"
               "set tics textcolor rgb '#333333' scale 0.6\n";
     LogRange x;
     for (const TruthResult& r : results) x.add(r.costs.sum().cpu);
     x = x.padded();
-    appendPanel(script, results, false, {62, 98, 372, 356}, x);
+    appendPanel(script, results, false, {62, 106, 372, 350}, x);
     // Labels of a panel are drawn with it, so that the page's own come after the first.
     std::string second;
-    appendPanel(second, results, true, {512, 98, 372, 356}, x);
+    appendPanel(second, results, true, {512, 106, 372, 350}, x);
     const std::size_t plot = second.find("plot NaN");
     std::string words;
     appendText(words, title, 14, 22, "left", "#111111", kFont + 4, true);
-    appendText(words, subtitle, 14, 46, "left", "#444444", kFont - 1);
+    for (std::size_t at = 0, y = 45; at <= subtitle.size(); y += 17) {
+        const std::size_t end = std::min(subtitle.find('\n', at), subtitle.size());
+        appendText(words, subtitle.substr(at, end - at), 14, double(y), "left", "#444444",
+                   kFont - 1);
+        at = end + 1;
+    }
     script += second.insert(plot, words);
     return script + "unset multiplot\nset output\n";
 }

@@ -64,9 +64,9 @@ std::string sentence(const TruthResult& r, const std::string& what, double error
                      const EqualError& curves)
 {
     if (curves.from == EqualError::From::nothing)
-        return fmt::format("The error {} of {} cannot be told from 0.\n", what, nameOf(r));
+        return fmt::format("The error {} of {} cannot be told from 0.\n\n", what, nameOf(r));
     return fmt::format("At equal error {} ({}), {} takes {} times the time of curves: {:.2f} "
-                       "against {:.2f} CPU seconds ({}).\n",
+                       "against {:.2f} CPU seconds ({}).\n\n",
                        what, percent(error), nameOf(r), times(ratioOf(r, curves)),
                        r.costs.sum().cpu, curves.seconds, wordsOf(curves));
 }
@@ -101,8 +101,9 @@ const TruthResult* referenceOf(const std::vector<TruthResult>& results)
     const TruthResult* best = nullptr;
     for (const TruthResult& r : results) {
         if (r.curves || r.row.filter != Filter::box || r.row.shadows != Shadows::sweep) continue;
-        if (!best || away(r) < away(*best)
-            || (away(r) == away(*best) && r.row.samples > best->row.samples))
+        const bool nearer = !best || away(r) < away(*best),
+                   as_near = best && away(r) == away(*best);
+        if (nearer || (as_near && ratioOf(r, r.at_blocks) < ratioOf(*best, best->at_blocks)))
             best = &r;
     }
     return best;
@@ -127,8 +128,12 @@ std::string truthSentences(const std::vector<TruthResult>& results)
 {
     const TruthResult *r = referenceOf(results), *best = nullptr;
     if (!r) return "";
-    std::string text = sentence(*r, "in blocks", r->error.block_rmse, r->at_blocks)
-        + sentence(*r, "per pixel", r->error.rmse, r->at_pixels);
+    std::string text;
+    for (const TruthResult& other : results) // the line of the reference
+        if (!other.curves && other.row.factor == r->row.factor && other.row.filter == r->row.filter
+            && other.row.shadows == r->row.shadows)
+            text += sentence(other, "in blocks", other.error.block_rmse, other.at_blocks);
+    text += sentence(*r, "per pixel", r->error.rmse, r->at_pixels);
     int known = 0, cheaper = 0;
     for (const TruthResult& other : results) {
         const double ratio = ratioOf(other, other.at_blocks);
@@ -138,8 +143,7 @@ std::string truthSentences(const std::vector<TruthResult>& results)
         if (!best || ratio < ratioOf(*best, best->at_blocks)) best = &other;
     }
     if (best && best != r)
-        text +=
-            "The best: " + sentence(*best, "in blocks", best->error.block_rmse, best->at_blocks);
+        text += sentence(*best, "in blocks", best->error.block_rmse, best->at_blocks);
     return text
         + fmt::format("Of {} settings of volumes {} are cheaper than curves of the same error in "
                       "blocks.\n",

@@ -9,8 +9,9 @@
 
 namespace volcomp {
 
-/// Returns the volume that the sentences are about: the box filter, swept light, the voxel size
-/// nearest to the scene's and the most samples. Null if there is no volume.
+/// Returns the volume that the title is about: the box filter, swept light, the voxel size nearest
+/// to the scene's, and of its samples those that do best beside curves of the same error in blocks.
+/// Null if there is no volume.
 const TruthResult* referenceOf(const std::vector<TruthResult>& results);
 
 /// Returns what a result is: "curves, 4 samples", "voxels x2, box, sweep, 4 samples".
@@ -20,7 +21,8 @@ std::string nameOf(const TruthResult& result);
 /// error in blocks.
 std::string truthTitle(const std::string& scene, const std::vector<TruthResult>& results);
 
-/// Returns sentences, one a line: the times of volumes and curves at equal error.
+/// Returns paragraphs in Markdown: the times of volumes and curves at equal error, for the samples
+/// of the reference and for the setting that does best.
 std::string truthSentences(const std::vector<TruthResult>& results);
 
 /// Returns a table in Markdown: errors, biases, each part of the time, and the time beside that of

@@ -142,7 +142,7 @@ TruthResult TruthStudy::curves(int samples)
     const json what = key({"truth"}, {{"curves", samples}, {"size", size()}});
     result.picture = keptFile(m_setup.directory, "curves", what, ".exr");
     const json figures =
-        pictured(fmt::format("curves, {} samples", samples), what, result.picture, kRepeats, [&] {
+        pictured(fmt::format("curves, {} a pixel", samples), what, result.picture, kRepeats, [&] {
             return withLeftOut({"volcomp-truth", m_scene.file.string(), "--samples",
                                 std::to_string(samples), "--seed", kSeed, "--size", size(),
                                 "--no-background", "--no-halves"});
@@ -217,7 +217,7 @@ TruthResult TruthStudy::volume(const TruthRow& row)
                            {"size", size()}});
     result.picture = keptFile(m_setup.directory, "volume", what, ".exr");
     const json figures = pictured(
-        fmt::format("voxels x{:g}, {}, {}, {} samples", row.factor, filter, shadows, samples), what,
+        fmt::format("voxels x{:g}, {}, {}, {} a pixel", row.factor, filter, shadows, samples), what,
         result.picture, kRepeats, [&] {
             return Command{"volcomp-render", m_scene.file.string(),
                            "--volume",       composed(row.factor).string(),

@@ -332,12 +332,14 @@ void runTruth(Tool& tool, const Options& options)
                          base.width, base.height, setup.voxel, setup.directory.string()));
     TruthStudy study(tool, scene, setup);
     const std::vector<TruthResult> results = study.measure();
-    const std::string title = truthTitle(options.scene.stem().string(), results),
-                      about = fmt::format(
-                          "Against the strands, leaves and skins themselves ({} samples), {}x{} "
-                          "pixels. Points of a line: 1, 4, 16 samples a pixel. Time of everything: "
-                          "bake, compose, load, render; curves: tree, trace.",
-                          options.truth_samples, base.width, base.height);
+    const std::string
+        title = truthTitle(options.scene.stem().string(), results),
+        about =
+            fmt::format("Error: root mean square against the strands, leaves and skins "
+                        "themselves, of the mean brightness, {}x{} pixels.\nTime: bake + compose "
+                        "+ load + render; of curves Embree's tree + tracing. Points of a line: 1, "
+                        "4, 16 samples a pixel.",
+                        base.width, base.height);
     tool.stage("draw", [&](const Progress&) {
         drawWithGnuplot(options.directory, "truth", [&](const std::string& output) {
             return truthScript(title, about, results, output);
