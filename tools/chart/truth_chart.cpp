@@ -80,6 +80,7 @@ Line styleOf(const TruthResult& r, std::vector<double>& other_factors)
             {}};
 }
 
+/// The lines of all results, that of the curves first.
 std::vector<Line> linesOf(const std::vector<TruthResult>& results, bool blocks)
 {
     std::vector<Line> lines;
@@ -95,17 +96,12 @@ std::vector<Line> linesOf(const std::vector<TruthResult>& results, bool blocks)
         lines.back().points.push_back({"", r.costs.sum().cpu, error});
         lines.back().samples.push_back(r.row.samples);
     }
-    for (Line& line : lines) {
-        if (line.points.empty()) continue;
-        if (&line != &lines[0]) {
-            line.points.back().name = line.name; // at the most samples, where the line ends
-            continue;
-        }
-        for (std::size_t i = 0; i < line.points.size(); ++i)
-            line.points[i].name = i + 1 < line.points.size()
-                ? std::to_string(line.samples[i])
-                : fmt::format("curves, {} samples", line.samples[i]);
-    }
+    if (results.empty() || !results[0].curves) return lines;
+    Line& curves = lines[0]; // the others get theirs from nameEnds()
+    for (std::size_t i = 0; i < curves.points.size(); ++i)
+        curves.points[i].name = i + 1 < curves.points.size()
+            ? std::to_string(curves.samples[i])
+            : fmt::format("curves, {} samples", curves.samples[i]);
     return lines;
 }
 
@@ -157,6 +153,35 @@ void addBetween(std::vector<Place>& places, const Place& a, const Place& b)
     for (int i = 1; i < steps; ++i) {
         const double t = double(i) / steps;
         places.push_back({a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
+    }
+}
+
+/// Gives each line's name to that of its ends which has more room beside it.
+void nameEnds(std::vector<Line>& lines, const Axes& axes)
+{
+    std::vector<Place> taken;
+    for (const Line& line : lines)
+        for (std::size_t i = 0; i < line.points.size(); ++i) {
+            taken.push_back(axes.at(line.points[i].x, line.points[i].y));
+            if (i > 0)
+                addBetween(taken, axes.at(line.points[i - 1].x, line.points[i - 1].y),
+                           taken.back());
+        }
+    for (Line& line : lines) {
+        if (line.name.empty() || line.points.empty()) continue;
+        const double reach = 20 + kCharacter * double(characters(line.name));
+        const auto crowd = [&](const ChartPoint& end, double side) {
+            const Place at = axes.at(end.x, end.y);
+            const double outside = side < 0 ? axes.frame.x - (at[0] - reach)
+                                            : at[0] + reach - axes.frame.x - axes.frame.width;
+            return std::max(0.0, outside)
+                + 8 * double(std::count_if(taken.begin(), taken.end(), [&](const Place& other) {
+                      const double away = side * (other[0] - at[0]);
+                      return away > 1 && away < reach && std::abs(other[1] - at[1]) < 9;
+                  }));
+        };
+        ChartPoint &first = line.points.front(), &last = line.points.back();
+        (crowd(first, -1) < crowd(last, 1) ? first : last).name = line.name;
     }
 }
 
@@ -237,11 +262,13 @@ void appendAxes(std::string& script, const Axes& axes, const std::string& title)
 void appendPanel(std::string& script, const std::vector<TruthResult>& results, bool blocks,
                  const LabelBox& frame, const LogRange& x)
 {
-    const std::vector<Line> lines = linesOf(results, blocks);
+    std::vector<Line> lines = linesOf(results, blocks);
     Axes axes{frame, x, {}};
     for (const Line& line : lines)
         for (const ChartPoint& p : line.points) axes.y.add(p.y);
     axes.y = axes.y.padded();
+    axes.y.low /= 1.2; // for names below the lowest points
+    nameEnds(lines, axes);
     appendAxes(script, axes, blocks ? "Error in blocks of 4x4 pixels" : "Error of single pixels");
     const std::vector<CurveCost> whole = wholeLine(curvesOf(results, blocks), axes);
     appendGrounds(script, whole, axes);

@@ -239,6 +239,10 @@ TruthResult TruthStudy::volume(const TruthRow& row)
 std::vector<TruthResult> TruthStudy::measure()
 {
     traceExact();
+    const Image exact = readImage(m_exact);
+    if (std::all_of(exact.pixels.begin(), exact.pixels.end(), // R, G, B, A, then the half's
+                    [i = 0](float x) mutable { return i++ % 4 == 3 || x <= 0; }))
+        throw fileError(m_scene.file, "", "a camera that sees something lit", "a black picture");
     std::vector<TruthResult> results;
     for (const int samples : kCurveSamples) results.push_back(curves(samples));
     for (const double factor : m_setup.factors) {
@@ -247,7 +251,6 @@ std::vector<TruthResult> TruthStudy::measure()
         std::error_code code; // volumes are large, and quick to make anew
         fs::remove(keptFile(m_setup.directory, "truth_volume", composeKey(factor), ".vdb"), code);
     }
-    const Image exact = readImage(m_exact);
     std::vector<CurveCost> pixels, blocks;
     for (TruthResult& r : results) {
         r.error = pictureError(readImage(r.picture), exact);

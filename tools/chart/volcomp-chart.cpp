@@ -10,6 +10,7 @@
 #include "tools/chart/gnuplot.h"
 #include "tools/chart/matrix.h"
 #include "tools/chart/results.h"
+#include "tools/chart/stability.h"
 #include "tools/chart/truth_chart.h"
 #include "tools/chart/truth_report.h"
 #include "tools/chart/truth_study.h"
@@ -23,7 +24,6 @@
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
 #include "volcomp/place/voxel_size.h"
-#include "volcomp/render/march/integrator.h"
 #include "volcomp/scene/scene.h"
 
 namespace {
@@ -42,61 +42,6 @@ struct Options {
     int truth_samples = 256;
     std::vector<double> factors{0.5, 1, 2, 4}; ///< voxel sizes, on the scene's
 };
-
-/// Returns what a lit slab shows if it is summed in floats: each of 32 voxels of optical depth x
-/// lets exp(-x) through and shows 1 - exp(-x) of what is left.
-double slabInFloats(float x)
-{
-    float light_left = 1, sum = 0;
-    for (int i = 0; i < 32; ++i) {
-        sum += light_left * (1 - std::exp(-x));
-        light_left *= std::exp(-x);
-    }
-    return 0.25 * double(sum);
-}
-
-/// Returns the error of a lit slab of 32 voxels against (1 - e^-32x) S for each method, where x is
-/// the optical depth of a voxel.
-ChartPanel stabilityPanel()
-{
-    ChartPanel panel;
-    panel.title = "Stability: a lit slab of 32 voxels";
-    panel.x_label = "optical depth of a step (one voxel)";
-    panel.y_label = "relative error";
-    panel.series = {{"", true, false, {}},
-                    {"riemann", true, false, {}},
-                    {"1 - exp(-x) in float", true, false, {}}};
-    panel.series[0].name = "exact";
-    Material material;
-    material.alpha = 1;
-    Light light;
-    light.direction = {0, 0, -1};
-    RenderParams params;
-    params.shadows = Shadows::none;
-    params.cutoff = 0;
-    for (double exponent = -8; exponent <= 3.001; exponent += 0.25) {
-        const float x = float(std::pow(10, exponent));
-        Volume volume;
-        volume.parts.emplace_back();
-        volume.parts[0].density = openvdb::FloatGrid::create(0.0f);
-        volume.parts[0].density->fill(openvdb::CoordBBox({0, 0, 0}, {7, 7, 31}), x, true);
-        const VoxelTree tree(volume);
-        const double truth = 0.25 * -std::expm1(-32.0 * double(x));
-        for (const Integration integration : {Integration::exact, Integration::riemann}) {
-            params.integration = integration;
-            const std::vector<Light> lights{light};
-            const Integrator integrator(tree, {material}, lights, params);
-            Integrator::Scratch scratch;
-            const double found =
-                integrator.trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch).radiance[0];
-            panel.series[integration == Integration::riemann].points.push_back(
-                {"", x, std::max(1e-16, std::abs(found / truth - 1))});
-        }
-        panel.series[2].points.push_back(
-            {"", x, std::max(1e-16, std::abs(slabInFloats(x) / truth - 1))});
-    }
-    return panel;
-}
 
 /// Returns a panel with a series for each family.
 ChartPanel timeAgainstError(const std::string& title, const std::string& error,
