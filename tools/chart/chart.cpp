@@ -237,7 +237,7 @@ std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& mark
                                     character_width * double(characters(names[i])), line_height);
                     const double cost = 0.6 * gap
                         + 3 * (covered(box, boxes) + covered(box, marks, 10))
-                        + 0.4 * covered(box, lines, 4);
+                        + 1.5 * covered(box, lines, 4);
                     if (cost >= least) continue;
                     least = cost;
                     best = box;

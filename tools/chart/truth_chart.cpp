@@ -146,10 +146,12 @@ void appendText(std::string& script, const std::string& text, double x, double y
         gnuplotText(text), screen(x, y), alignment, colour, bold ? ":Bold" : "", font);
 }
 
+double distance(const Place& a, const Place& b) { return std::hypot(b[0] - a[0], b[1] - a[1]); }
+
 /// Adds the places on the line between two points, which names keep away from.
 void addBetween(std::vector<Place>& places, const Place& a, const Place& b)
 {
-    const int steps = int(std::hypot(b[0] - a[0], b[1] - a[1]) / 9);
+    const int steps = int(distance(a, b) / 9);
     for (int i = 1; i < steps; ++i) {
         const double t = double(i) / steps;
         places.push_back({a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
@@ -185,6 +187,17 @@ void nameEnds(std::vector<Line>& lines, const Axes& axes)
     }
 }
 
+/// Joins a point with its name by a thin line if they are far from each other.
+void appendLeader(std::string& script, const Place& mark, const LabelBox& name,
+                  const std::string& colour)
+{
+    const Place end{std::clamp(mark[0], name.x, name.x + name.width),
+                    std::clamp(mark[1], name.y + 2, name.y + name.height - 2)};
+    if (distance(mark, end) < 14) return;
+    script += fmt::format("set arrow from {} to {} nohead front lw 0.6 lc rgb '{}'\n",
+                          screen(mark[0], mark[1]), screen(end[0], end[1]), colour);
+}
+
 /// Writes the names beside the points, away from points, lines and the words in the corners.
 void appendNames(std::string& script, const std::vector<Line>& lines,
                  const std::vector<CurveCost>& whole, const Axes& axes)
@@ -210,10 +223,14 @@ void appendNames(std::string& script, const std::vector<Line>& lines,
             if (i > 0)
                 addBetween(between, axes.at(line.points[i - 1].x, line.points[i - 1].y), here);
         }
-    for (std::size_t i = 1; i < whole.size(); ++i)
-        addBetween(between, axes.at(whole[i - 1].seconds, whole[i - 1].error),
-                   axes.at(whole[i].seconds, whole[i].error));
-    for (double x = 4; x < 150; x += 8)
+    Place last{-1e9, 0};
+    for (const CurveCost& c : whole) { // beyond the measurements its points are dense
+        const Place here = axes.at(c.seconds, c.error);
+        if (distance(last, here) < 7) continue;
+        between.push_back(here);
+        last = here;
+    }
+    for (double x = 4; x < 132; x += 8)
         for (const double y : {6.0, 14.0, 22.0}) {
             marks.push_back({f.x + x, f.y + f.height - y});
             marks.push_back({f.x + f.width - x, f.y + y});
@@ -224,6 +241,7 @@ void appendNames(std::string& script, const std::vector<Line>& lines,
         const LabelBox& b = boxes[i];
         const bool right_of = marks[i][0]<b.x, left_of = marks[i][0]> b.x + b.width;
         const double share = right_of ? 0 : left_of ? 1 : 0.5; // the side towards the point is kept
+        appendLeader(script, marks[i], b, colours[i]);
         appendText(script, names[i], b.x + share * b.width, b.y + 0.5 * b.height,
                    right_of      ? "left"
                        : left_of ? "right"
@@ -245,7 +263,7 @@ void appendLine(std::string& script, const std::string& name, const Line& line)
 void appendAxes(std::string& script, const Axes& axes, const std::string& title)
 {
     const LabelBox& f = axes.frame;
-    script += "unset label\nunset object\nunset key\n";
+    script += "unset label\nunset arrow\nunset object\nunset key\n";
     script += fmt::format(
         "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen "
         "{:.5f}\nset bmargin at screen {:.5f}\n",
