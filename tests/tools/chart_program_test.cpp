@@ -66,7 +66,7 @@ TEST_F(Programs, TheChartComparesWithTheGeometry)
     if (std::system("command -v gnuplot >/dev/null") != 0)
         GTEST_SKIP() << "gnuplot is not installed";
     const std::string command =
-        "scene.toml --truth -o chart --width 24 --voxels 1,2 --stats stats.json --truth-samples ";
+        "scene.toml --truth -o chart --width 24 --voxels 2 --stats stats.json --truth-samples ";
     const Outcome first = run("chart", command + "64");
     ASSERT_EQ(first.status, 0) << first.output;
     EXPECT_EQ(read("chart/truth.png").substr(1, 3), "PNG");
@@ -74,7 +74,7 @@ TEST_F(Programs, TheChartComparesWithTheGeometry)
     const nlohmann::json found = readJson("chart/truth.json");
     EXPECT_EQ(found["width"], 24);
     EXPECT_EQ(found["height"], 16);
-    ASSERT_EQ(found["results"].size(), 4u + 10 + 3); // curves, the scene's voxels, twice these
+    ASSERT_EQ(found["results"].size(), 4u + 3); // curves, voxels
     const std::string table = read("chart/truth.md");
     const std::string exact = "chart/" + std::string(found["exact"]["picture"]);
     for (const nlohmann::json& r : found["results"]) {

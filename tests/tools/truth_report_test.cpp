@@ -49,6 +49,18 @@ std::vector<TruthResult> withVolumes(std::initializer_list<TruthResult> volumes)
     return results;
 }
 
+TEST(TruthRows, OtherMethodsAreAtTheScenesVoxelUnlessAllAreAskedFor)
+{
+    const std::vector<TruthRow> rows = truthRows({0.5, 1}, false);
+    ASSERT_EQ(rows.size(), 3u + 3 + 3 + 3 + 1);
+    EXPECT_EQ(rows[2].factor, 0.5);
+    EXPECT_EQ(rows[2].samples, 16);
+    const TruthRow& dearest = rows.back();
+    EXPECT_TRUE(dearest.filter == Filter::trilinear && dearest.shadows == Shadows::exact);
+    EXPECT_EQ(dearest.samples, 4);
+    EXPECT_EQ(truthRows({0.5, 1}, true).size(), 2u * 4 * 3);
+}
+
 TEST(TruthReport, TheTitleSaysWhoIsCheaper)
 {
     EXPECT_EQ(truthTitle("fur", withVolumes({volume(1, 4, 2, 10)})),
