@@ -118,7 +118,7 @@ json TruthStudy::pictured(const std::string& name, const json& key, const fs::pa
     if (known.is_object() && fs::exists(file)) return known.at("figures");
     Command full = command();
     full.insert(full.end(), {"-o", file.string()});
-    const json figures = timed(name, full, repeats);
+    json figures = timed(name, full, repeats);
     keep(kept, {{"name", name}, {"key", key}, {"figures", figures}}); // the picture is complete
     return figures;
 }
@@ -244,6 +244,7 @@ std::vector<TruthResult> TruthStudy::measure()
                     [i = 0](float x) mutable { return i++ % 4 == 3 || x <= 0; }))
         throw fileError(m_scene.file, "", "a camera that sees something lit", "a black picture");
     std::vector<TruthResult> results;
+    results.reserve(kCurveSamples.size());
     for (const int samples : kCurveSamples) results.push_back(curves(samples));
     for (const double factor : m_setup.factors) {
         for (const TruthRow& row : truthRows({factor}, m_setup.all_methods))
