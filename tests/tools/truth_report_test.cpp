@@ -110,9 +110,9 @@ TEST(TruthChart, LeavesOutWhatLogarithmsCannotShow)
 {
     auto results = withVolumes({volume(1, 1, 1, 10), volume(1, 4, 2, 10), volume(2, 4, 1, 10)});
     results[5].error.block_rmse = -0.001; // not to be told from 0
-    const std::string script = truthScript("it's", "a\nb", results, "out.svg");
+    const std::string script = truthScript("it's {a_b}", "a\nb", results, "out.svg");
     EXPECT_NE(script.find("terminal svg"), std::string::npos);
-    EXPECT_NE(script.find("'it''s'"), std::string::npos);
+    EXPECT_NE(script.find("'{/:Bold it''s \\{a\\_b\\}}'"), std::string::npos) << script;
     EXPECT_NE(script.find("'voxels ×2'"), std::string::npos);
     EXPECT_EQ(script.find(" -0.1 "), std::string::npos);
     EXPECT_NE(script.find("polygon"), std::string::npos);

@@ -138,12 +138,23 @@ std::string screen(double x, double y)
     return fmt::format("screen {:.5f}, screen {:.5f}", x / kWidth, 1 - y / kHeight);
 }
 
+/// The text in bold, for gnuplot's enhanced mode: .svg knows no font of another name for it.
+std::string inBold(const std::string& text)
+{
+    std::string escaped;
+    for (const char c : text)
+        escaped += std::string("\\{}^_@&~").find(c) == std::string::npos ? std::string(1, c)
+                                                                         : std::string("\\") + c;
+    return "{/:Bold " + escaped + "}";
+}
+
 void appendText(std::string& script, const std::string& text, double x, double y,
                 const char* alignment, const std::string& colour, double font, bool bold = false)
 {
-    script += fmt::format(
-        "set label {} at {} {} front noenhanced tc rgb '{}' font 'DejaVu Sans{},{:g}'\n",
-        gnuplotText(text), screen(x, y), alignment, colour, bold ? ":Bold" : "", font);
+    script +=
+        fmt::format("set label {} at {} {} front {}enhanced tc rgb '{}' font 'DejaVu Sans,{:g}'\n",
+                    gnuplotText(bold ? inBold(text) : text), screen(x, y), alignment,
+                    bold ? "" : "no", colour, font);
 }
 
 double distance(const Place& a, const Place& b) { return std::hypot(b[0] - a[0], b[1] - a[1]); }
