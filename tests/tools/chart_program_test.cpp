@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/programs.h"
+#include "volcomp/view/image.h"
 
 namespace volcomp {
 namespace {
@@ -65,6 +66,7 @@ TEST_F(Programs, TheChartComparesWithTheGeometry)
 {
     if (std::system("command -v gnuplot >/dev/null") != 0)
         GTEST_SKIP() << "gnuplot is not installed";
+    writeSceneWith("height = 32", "height = 32\nbackground = [0.5, 0.5, 0.5]"); // which alpha ends
     const std::string command =
         "scene.toml --truth -o chart --width 24 --voxels 2 --stats stats.json --truth-samples ";
     const Outcome first = run("chart", command + "64");
@@ -84,6 +86,8 @@ TEST_F(Programs, TheChartComparesWithTheGeometry)
             sum += double(r["cost"][part]["cpu_seconds"]);
         EXPECT_NEAR(sum, r["cost"]["sum"]["cpu_seconds"], 1e-9) << r;
         EXPECT_GT(sum, 0) << r;
+        const Image image = readImage(path("chart") / std::string(r["picture"]));
+        for (int c = 0; c < 4; ++c) EXPECT_EQ(image.pixel(0, 0)[c], 0) << r; // beside the square
         if (r["samples"] != 4) continue;
         const Outcome compared = run("truth",
                                      "scene.toml --known " + exact + " --compare chart/"
