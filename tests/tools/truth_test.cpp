@@ -9,6 +9,7 @@
 
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/shared/picture_error.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/interval.h"
 #include "volcomp/base/random.h"

@@ -12,8 +12,8 @@
 
 #include "tools/chart/equal_error.h"
 #include "tools/chart/matrix.h"
+#include "tools/shared/picture_error.h"
 #include "tools/shared/tool.h"
-#include "tools/truth/exact_picture.h"
 #include "volcomp/scene/scene.h"
 #include "volcomp/view/image.h"
 

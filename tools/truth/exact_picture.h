@@ -33,20 +33,4 @@ Vec3d radianceOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& 
 Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const ExactParams& params,
                    const Progress& progress = {});
 
-/// How far a picture is from the exact one.
-struct PictureError {
-    double mean = 0;       ///< of the exact picture's R, G and B over all pixels
-    double bias = 0;       ///< of the mean, relative to it
-    double rmse = 0;       ///< over pixels and R, G, B, relative to the mean
-    double block_rmse = 0; ///< the same of means over blocks
-    // Of alpha, over the pixels in which one of the pictures has something; not relative.
-    double alpha_mean = 0, alpha_bias = 0, alpha_rmse = 0, alpha_block_rmse = 0;
-};
-
-/// Compares R, G, B and A of a picture with an exactPicture() of the same size, also in blocks of
-/// `block` x `block` pixels. The noise of the exact picture is left out: with its halves a and b
-/// the mean square is that of (x - a)(x - b), which may be below zero; its root is then shown as
-/// negative. Throws Error if the sizes differ or a channel is missing.
-PictureError pictureError(const Image& picture, const Image& exact, int block = 4);
-
 } // namespace volcomp

@@ -9,6 +9,7 @@
 
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
+#include "tools/shared/picture_error.h"
 #include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "tools/truth/exact_picture.h"
