@@ -68,7 +68,7 @@ TEST_F(Programs, TheChartComparesWithTheGeometry)
         GTEST_SKIP() << "gnuplot is not installed";
     writeSceneWith("height = 32", "height = 32\nbackground = [0.5, 0.5, 0.5]"); // which alpha ends
     const std::string command =
-        "scene.toml --truth -o chart --width 24 --voxels 2 --stats stats.json --truth-samples ";
+        "--truth -o chart --width 24 --voxels 2 scene.toml --stats stats.json --truth-samples ";
     const Outcome first = run("chart", command + "64");
     ASSERT_EQ(first.status, 0) << first.output;
     EXPECT_EQ(read("chart/truth.png").substr(1, 3), "PNG");

@@ -360,6 +360,7 @@ CLI::Option* addTruthOptions(CLI::App& app, Options& options)
         ->needs(truth);
     app.add_option("--voxels", options.factors, "Voxel sizes to compare, as factors on the scene's")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->capture_default_str()
         ->check(realNumber(0.01, 100))
         ->type_name("FACTOR,...")
