@@ -14,7 +14,7 @@ namespace volcomp {
 namespace {
 
 constexpr int kWidth = 900, kHeight = 520; // of the page; .png has twice as many pixels
-constexpr double kFont = 12, kCharacter = 0.56 * kFont, kLine = 1.25 * kFont;
+constexpr double kFont = 12, kCharacter = 0.6 * kFont, kLine = 1.25 * kFont;
 constexpr const char* kCurveColour = "#222222";
 constexpr const char* kSceneVoxel = "#0b5fa5";
 constexpr const char* kOtherMethod = "#6aa7dc";
@@ -296,7 +296,8 @@ void appendPanel(std::string& script, const std::vector<TruthResult>& results, b
     for (const Line& line : lines)
         for (const ChartPoint& p : line.points) axes.y.add(p.y);
     axes.y = axes.y.padded();
-    axes.y.low /= 1.2; // for names below the lowest points
+    axes.y.low /= 1.2; // room for names below the lowest points, and for the words in the corner
+    axes.y.high *= 1.2;
     nameEnds(lines, axes);
     appendAxes(script, axes, blocks ? "Error in blocks of 4x4 pixels" : "Error of single pixels");
     const std::vector<CurveCost> whole = wholeLine(curvesOf(results, blocks), axes);
