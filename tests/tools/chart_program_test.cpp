@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/programs.h"
+#include "volcomp/view/image.h"
 
 namespace volcomp {
 namespace {
@@ -58,6 +59,78 @@ TEST_F(Programs, TheChartIsDrawnInAFolderOfAnyName)
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     EXPECT_EQ(read(folder + "/chart/chart.png").substr(1, 3), "PNG");
     EXPECT_NE(read(folder + "/chart/chart.svg").find("<svg"), std::string::npos);
+}
+
+// Every figure is volcomp-truth's own, and a second run measures nothing again.
+TEST_F(Programs, TheChartComparesWithTheGeometry)
+{
+    if (std::system("command -v gnuplot >/dev/null") != 0)
+        GTEST_SKIP() << "gnuplot is not installed";
+    writeSceneWith("height = 32", "height = 32\nbackground = [0.5, 0.5, 0.5]"); // which alpha ends
+    const std::string command =
+        "--truth -o chart --width 24 --voxels 2 scene.toml --stats stats.json --truth-samples ";
+    const Outcome first = run("chart", command + "64");
+    ASSERT_EQ(first.status, 0) << first.output;
+    EXPECT_EQ(read("chart/truth.png").substr(1, 3), "PNG");
+    EXPECT_NE(read("chart/truth.svg").find("<svg"), std::string::npos);
+    const nlohmann::json found = readJson("chart/truth.json");
+    EXPECT_EQ(found["width"], 24);
+    EXPECT_EQ(found["height"], 16);
+    ASSERT_EQ(found["results"].size(), 4u + 3); // curves, voxels
+    const std::string table = read("chart/truth.md");
+    const std::string exact = "chart/" + std::string(found["exact"]["picture"]);
+    for (const nlohmann::json& r : found["results"]) {
+        EXPECT_NE(table.find("| " + std::string(r["name"]) + " |"), std::string::npos) << r;
+        double sum = 0;
+        for (const char* part : {"bake", "build", "load", "picture"})
+            sum += double(r["cost"][part]["cpu_seconds"]);
+        EXPECT_NEAR(sum, r["cost"]["sum"]["cpu_seconds"], 1e-9) << r;
+        EXPECT_GT(sum, 0) << r;
+        const Image image = readImage(path("chart") / std::string(r["picture"]));
+        for (int c = 0; c < 4; ++c) EXPECT_EQ(image.pixel(0, 0)[c], 0) << r; // beside the square
+        if (r["samples"] != 4) continue;
+        const Outcome compared = run("truth",
+                                     "scene.toml --known " + exact + " --compare chart/"
+                                         + std::string(r["picture"]) + " --stats compared.json");
+        ASSERT_EQ(compared.status, 0) << compared.output;
+        EXPECT_EQ(readJson("compared.json")["error"], r["error"]) << r;
+    }
+    // One curve's own noise is many times the rest, and falls with the samples.
+    EXPECT_GT(double(found["results"][0]["error"]["rmse"]),
+              3 * double(found["results"][3]["error"]["rmse"]));
+    EXPECT_LT(double(found["results"][3]["error"]["rmse"]), 0.2);
+
+    const Outcome second = run("chart", command + "64");
+    ASSERT_EQ(second.status, 0) << second.output;
+    EXPECT_EQ(readJson("chart/truth.json"), found);
+    EXPECT_EQ(readJson("stats.json")["stages"].size(), 1u) << second.output; // drawing
+    // Another exact picture is traced, and nothing else.
+    const Outcome third = run("chart", command + "16");
+    ASSERT_EQ(third.status, 0) << third.output;
+    EXPECT_EQ(readJson("stats.json")["stages"].size(), 2u) << third.output;
+    EXPECT_EQ(readJson("chart/truth.json")["results"][5]["cost"], found["results"][5]["cost"]);
+}
+
+TEST_F(Programs, TheChartAgainstTheGeometryRefusesWhatItCannotDo)
+{
+    if (std::system("command -v gnuplot >/dev/null") != 0)
+        GTEST_SKIP() << "gnuplot is not installed";
+    EXPECT_EQ(run("chart", "scene.toml --truth -o chart --voxels 1,x").status, 2);
+    EXPECT_EQ(run("chart", "scene.toml --truth -o chart --voxels 0").status, 2);
+    EXPECT_EQ(run("chart", "scene.toml --truth -o chart --truth-samples 1").status, 2);
+    EXPECT_EQ(run("chart", "scene.toml -o chart --truth-samples 64").status, 2);
+    EXPECT_EQ(run("chart", "scene.toml --truth -o chart --samples 64").status, 2);
+    expectFailure(run("chart", "scene.toml --truth -o chart.png"),
+                  {"chart.png: -o: expected the name of a folder", "found that of a picture"},
+                  "chart.png");
+    expectFailure(run("chart", "scene.toml --truth -o chart --leave-out wall"),
+                  {"--leave-out: expected the name of a surface (ground), found 'wall'"},
+                  "chart/truth.png");
+    writeSceneWith("direction = [-1, -2, -1]", "direction = [-1, -2, -1]\nstrength = [0, 0, 0]");
+    expectFailure(
+        run("chart", "scene.toml --truth -o chart --width 16 --truth-samples 2"),
+        {"scene.toml: expected a camera that sees something lit", "found a black picture"},
+        "chart/truth.png");
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/tools/programs.h"
+#include "tools/shared/picture_error.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/view/image.h"
 

@@ -9,6 +9,7 @@
 
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/shared/picture_error.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/interval.h"
 #include "volcomp/base/random.h"
@@ -154,6 +155,34 @@ TEST(Truth, TheBytesAreTheSameForAnyNumberOfThreads)
     }
     EXPECT_EQ(one.pixels, pictureOf(scene, kInfinity, 4).pixels);
     EXPECT_NE(one.pixels, pictureOf(scene, kInfinity, 4, 2).pixels);
+}
+
+TEST(Truth, WithoutHalvesAllSamplesAreOneGridThatHasLessNoise)
+{
+    OneStrand setup;
+    setup.camera = "eye = [0.3, 0.5, 3.0]\ntarget = [0.0, 0.5, 0.0]\nwidth = 0.97";
+    const ExactScene scene = sceneOf(setup);
+    const EmbreeScene embree(scene);
+    ExactParams params;
+    params.samples = 1024;
+    const Image exact = exactPicture(scene, embree, params);
+    params.samples = 16;
+    params.seed = 2;
+    const PictureError in_halves = pictureError(exactPicture(scene, embree, params), exact);
+    params.halves = false;
+    const Image image = exactPicture(scene, embree, params);
+    EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A"}));
+    const PictureError whole = pictureError(image, exact);
+    // 16 cells, or two grids of 4 cells and 4 places at random in each half.
+    EXPECT_GT(whole.alpha_rmse, 0);
+    EXPECT_LT(whole.alpha_rmse, 0.8 * in_halves.alpha_rmse);
+    EXPECT_NEAR(whole.alpha_bias, 0, 0.01);
+    params.samples = 1;
+    EXPECT_GT(pictureError(exactPicture(scene, embree, params), exact).alpha_rmse,
+              3 * whole.alpha_rmse);
+    params.samples = 0;
+    EXPECT_NE(messageOf([&] { exactPicture(scene, embree, params); }).find("at least 1 sample"),
+              std::string::npos);
 }
 
 /// An exact picture of noise around `value`, whose halves are independent.

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/chart/gnuplot.h"
 #include "volcomp/base/text.h"
 #include "volcomp/base/vec.h"
 
@@ -18,52 +19,9 @@ constexpr double kFont = 13, kCharacter = 0.57 * kFont, kLine = 1.2 * kFont; // 
 constexpr const char* kColours[] = {"#0b5fa5", "#c8442c", "#2e8540", "#8a4bae",
                                     "#b07a00", "#4d4d4d", "#108a8a", "#d16ba5"};
 
-struct Range {
-    double low = std::numeric_limits<double>::max(), high = 0;
-    void add(double v)
-    {
-        low = std::min(low, v);
-        high = std::max(high, v);
-    }
-    /// Returns the range with room on both sides, and a range to draw if there is one value or
-    /// none.
-    Range padded() const
-    {
-        if (high <= 0) return {0.1, 10};
-        const double room = std::max(1.15, std::pow(high / low, 0.06));
-        return {low / room, high * room};
-    }
-    double at(double v) const { return std::log(v / low) / std::log(high / low); }
-};
-
 bool drawable(const ChartPoint& p)
 {
     return p.x > 0 && p.y > 0 && std::isfinite(p.x) && std::isfinite(p.y);
-}
-
-std::size_t characters(const std::string& utf8)
-{
-    return static_cast<std::size_t>(
-        std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
-}
-
-std::string literal(const std::string& text)
-{
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c);
-    return result + "'";
-}
-
-/// The same for the name of a file, in which a line break matters.
-std::string fileLiteral(const std::string& name)
-{
-    std::vector<std::string> lines;
-    for (std::size_t at = 0; at <= name.size();) {
-        const std::size_t end = std::min(name.find('\n', at), name.size());
-        lines.push_back(literal(name.substr(at, end - at)));
-        at = end + 1;
-    }
-    return joined(lines, ".\"\\n\".");
 }
 
 double overlap(const LabelBox& a, const LabelBox& b)
@@ -87,38 +45,24 @@ LabelBox labelBeside(const std::array<double, 2>& mark, double gap, double angle
             start(mark[1], std::sin(angle), height, frame.y, frame.height), width, height};
 }
 
-/// Returns the area of a box that other boxes and the marks of the points take, square pixels.
-double covered(const LabelBox& box, const std::vector<LabelBox>& boxes,
-               const std::vector<std::array<double, 2>>& marks)
+/// Returns the area of a box that the marks of points take, each `size` pixels wide, square pixels.
+double covered(const LabelBox& box, const std::vector<std::array<double, 2>>& marks, double size)
 {
-    constexpr double kMark = 5; // half the size of a mark, pixels
     double area = 0;
-    for (const LabelBox& other : boxes) area += overlap(box, other);
     for (const auto& mark : marks)
-        area += overlap(box, {mark[0] - kMark, mark[1] - kMark, 2 * kMark, 2 * kMark});
+        area += overlap(box, {mark[0] - 0.5 * size, mark[1] - 0.5 * size, size, size});
     return area;
 }
 
-/// Sets the tics of an axis: powers of ten, every second one over many decades; 1, 2, 5 and their
-/// tens over few.
-void appendTics(std::string& script, const std::string& axis, const Range& r)
+/// The same of other boxes.
+double covered(const LabelBox& box, const std::vector<LabelBox>& boxes)
 {
-    const double decades = std::log10(r.high / r.low);
-    script += fmt::format("set format {} {}\n", axis, decades > 2.5 ? "'10^{%T}'" : "'%g'");
-    if (decades > 2.5) {
-        script +=
-            fmt::format("set {}tics autofreq\nset {}tics {}\n", axis, axis, decades > 7 ? 100 : 10);
-        return;
-    }
-    std::string list;
-    for (int k = int(std::floor(std::log10(r.low))); k <= std::log10(r.high); ++k)
-        for (const double m :
-             decades > 1.5 ? std::vector<double>{1, 3} : std::vector<double>{1, 2, 3, 5, 7})
-            list += fmt::format("{}{:g}", list.empty() ? "" : ", ", m * std::pow(10, k));
-    script += fmt::format("set {}tics ({})\n", axis, list);
+    double area = 0;
+    for (const LabelBox& other : boxes) area += overlap(box, other);
+    return area;
 }
 
-void appendNames(std::string& script, const ChartPanel& panel, const Range& x, const Range& y,
+void appendNames(std::string& script, const ChartPanel& panel, const LogRange& x, const LogRange& y,
                  int width, int height)
 {
     const LabelBox frame{panel.place[0] * width, panel.place[1] * height, panel.place[2] * width,
@@ -144,8 +88,8 @@ void appendNames(std::string& script, const ChartPanel& panel, const Range& x, c
             : marks[i][0] > b.x + b.width      ? 1
                                                : 0.5; // the side towards the point is kept
         script +=
-            fmt::format("set label {} at {} {} front noenhanced tc rgb '{}'\n", literal(names[i]),
-                        screen(b.x + share * b.width, b.y + 0.5 * b.height),
+            fmt::format("set label {} at {} {} front noenhanced tc rgb '{}'\n",
+                        gnuplotText(names[i]), screen(b.x + share * b.width, b.y + 0.5 * b.height),
                         share == 0       ? "left"
                             : share == 1 ? "right"
                                          : "center",
@@ -160,7 +104,7 @@ void appendNames(std::string& script, const ChartPanel& panel, const Range& x, c
 
 /// The values of a panel's axes, and the points that its Pareto front is taken of.
 struct PanelData {
-    Range x, y, right;
+    LogRange x, y, right;
     std::vector<ChartPoint> left_points;
 };
 
@@ -187,9 +131,9 @@ void appendAxes(std::string& script, const ChartPanel& panel, const PanelData& d
                           "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\n"
                           "set tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n",
                           left, left + w, 1 - top, 1 - top - h);
-    script +=
-        fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
-                    literal(panel.title), literal(panel.x_label), literal(panel.y_label));
+    script += fmt::format(
+        "set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n",
+        gnuplotText(panel.title), gnuplotText(panel.x_label), gnuplotText(panel.y_label));
     script += fmt::format("set xrange [{:g}:{:g}]\nset yrange [{:g}:{:g}]\n", data.x.low,
                           data.x.high, data.y.low, data.y.high);
     appendTics(script, "x", data.x);
@@ -201,7 +145,7 @@ void appendAxes(std::string& script, const ChartPanel& panel, const PanelData& d
     }
     script +=
         fmt::format("set ytics nomirror\nset y2label {} noenhanced\nset y2range [{:g}:{:g}]\n",
-                    literal(panel.right_label), data.right.low, data.right.high);
+                    gnuplotText(panel.right_label), data.right.low, data.right.high);
     appendTics(script, "y2", data.right);
 }
 
@@ -222,7 +166,7 @@ std::string plotOf(const ChartSeries& series, const std::string& data, const cha
     return fmt::format("${} using 1:2 {} with {} {} lw 2 lc rgb '{}' {}", data,
                        series.right ? "axes x1y2" : "", style, markers ? "pt 7 ps 0.9" : "", colour,
                        series.name.empty() ? "notitle"
-                                           : "title " + literal(series.name) + " noenhanced");
+                                           : "title " + gnuplotText(series.name) + " noenhanced");
 }
 
 void appendPanel(std::string& script, const ChartPanel& panel, std::size_t index, int width,
@@ -277,7 +221,8 @@ int cheapestWithin(const std::vector<ChartPoint>& points, double limit)
 
 std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& marks,
                                   const std::vector<std::string>& names, const LabelBox& frame,
-                                  double character_width, double line_height)
+                                  double character_width, double line_height,
+                                  const std::vector<std::array<double, 2>>& lines)
 {
     std::vector<LabelBox> boxes; // of the names so far
     boxes.reserve(marks.size());
@@ -290,7 +235,9 @@ std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& mark
                     const LabelBox box =
                         labelBeside(marks[i], gap, turn * 2 * kPi / 16, frame,
                                     character_width * double(characters(names[i])), line_height);
-                    const double cost = 0.6 * gap + 3 * covered(box, boxes, marks);
+                    const double cost = 0.6 * gap
+                        + 3 * (covered(box, boxes) + covered(box, marks, 10))
+                        + 1.5 * covered(box, lines, 4);
                     if (cost >= least) continue;
                     least = cost;
                     best = box;
@@ -309,7 +256,7 @@ std::string gnuplotScript(const std::vector<ChartPanel>& panels, int width, int 
                       width, height, kFont)
         : fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,{}' background 'white'\n",
                       width, height, 0.77 * kFont);
-    script += fmt::format("set output {}\n", fileLiteral(output));
+    script += fmt::format("set output {}\n", gnuplotFile(output));
     script += "set encoding utf8\nset multiplot\nset logscale xyy2\nset mxtics 10\nset mytics 10\n"
               "set grid xtics ytics lc rgb '#eeeeee' lw 1\nset border lc rgb '#555555'\n"
               "set tics textcolor rgb '#333333'\nset key reverse Left samplen 1.5\n";

@@ -48,10 +48,11 @@ struct LabelBox {
 
 /// Returns where the names of points go, so that they cover as little of each other and of the
 /// points as possible. `marks` are the points in pixels; all boxes lie inside `frame`. The box of
-/// an empty name has no width.
+/// an empty name has no width. Names rather do not lie on `lines`, points of lines.
 std::vector<LabelBox> placeLabels(const std::vector<std::array<double, 2>>& marks,
                                   const std::vector<std::string>& names, const LabelBox& frame,
-                                  double character_width, double line_height);
+                                  double character_width, double line_height,
+                                  const std::vector<std::array<double, 2>>& lines = {});
 
 /// Returns a gnuplot script that draws the panels to `output` (.svg or .png) on a page of width x
 /// height pixels. Points at or below 0 are left out.

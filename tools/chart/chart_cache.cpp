@@ -2,17 +2,14 @@
 #include "tools/chart/chart_cache.h"
 
 #include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include <fmt/format.h>
 
-#include "volcomp/base/atomic_file.h"
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
-#include "volcomp/base/hash.h"
+#include "tools/chart/kept.h"
 #include "tools/shared/process.h"
-#include "volcomp/base/random.h"
 #include "volcomp/render/render.h"
 #include "tools/shared/settings.h"
 #include "volcomp/render/tree/voxel_tree_io.h"
@@ -23,36 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-std::string readBytes(const fs::path& file)
-{
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// Returns a hash of the scene's file and of every file that it names and that exists.
-std::uint64_t hashFiles(const Scene& scene)
-{
-    std::uint64_t hash = 0;
-    std::error_code code;
-    for (const fs::path& file : usedFiles(scene))
-        if (fs::is_regular_file(file, code)) hash = hashKey(hash, fnv1a(readBytes(file)));
-    return hash;
-}
-
-std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
-
-void writeJson(const fs::path& file, const json& value)
-{
-    writeTextAtomically(file, value.dump(2) + '\n');
-}
-
-/// Returns what was written under that name; null if there is none or it is damaged.
-json readJson(const fs::path& file)
-{
-    std::ifstream stream(file);
-    return stream ? json::parse(stream, nullptr, false) : json();
-}
 
 /// Runs one of our programs and returns its CPU seconds. Throws Error if it fails.
 double runOwn(std::vector<std::string> arguments)
@@ -71,15 +38,15 @@ ChartCache::ChartCache(Tool& tool, const Scene& scene, std::vector<std::string> 
     : m_tool(tool), m_scene(scene), m_leave_out(std::move(leave_out)),
       m_directory(std::move(directory))
 {
-    m_scene_key = {hex(hashFiles(scene)), m_leave_out};
+    m_scene_key = {contentHash(scene), m_leave_out};
     for (const char* program : {"volcomp-bake", "volcomp-compose", "volcomp-chart"})
-        m_program_key.push_back(hex(fnv1a(readBytes(ownDirectory() / program))));
+        m_program_key.push_back(contentHash(ownDirectory() / program));
     fs::create_directories(m_directory);
 }
 
 fs::path ChartCache::place(const std::string& kind, const json& key, const char* ending) const
 {
-    return m_directory / (kind + "_" + hex(fnv1a(key.dump())) + ending);
+    return keptFile(m_directory, kind, key, ending);
 }
 
 json ChartCache::composed(double voxel)
@@ -108,7 +75,7 @@ fs::path ChartCache::volume(double voxel)
     const json files = composed(voxel);
     const fs::path figures = files["figures"].get<std::string>();
     fs::path file = files["volume"].get<std::string>();
-    if (fs::exists(file) && readJson(figures).is_object()) return file;
+    if (fs::exists(file) && readKept(figures).is_object()) return file;
     const fs::path directory = boxes();
     const double seconds =
         m_tool.stage(fmt::format("compose at {:.4g} m", voxel), [&](const Progress&) {
@@ -119,15 +86,15 @@ fs::path ChartCache::volume(double voxel)
                 command.insert(command.end(), {"--leave-out", surface});
             return runOwn(command);
         });
-    writeJson(figures, {{"key", files["key"]}, {"cpu_seconds", seconds}});
+    keep(figures, {{"key", files["key"]}, {"cpu_seconds", seconds}});
     return file;
 }
 
 double ChartCache::composeSeconds(double voxel)
 {
     const fs::path figures = composed(voxel)["figures"].get<std::string>();
-    if (!readJson(figures).is_object()) volume(voxel);
-    return readJson(figures).at("cpu_seconds");
+    if (!readKept(figures).is_object()) volume(voxel);
+    return readKept(figures).at("cpu_seconds");
 }
 
 void ChartCache::forget(double voxel)
@@ -171,16 +138,16 @@ Measured ChartCache::remember(const std::string& name, const json& key,
     const json full_key = {{"scene", m_scene_key}, {"programs", m_program_key}, {"what", key}};
     const fs::path figures = place("render", full_key, ".json"),
                    picture = place("render", full_key, ".exr");
-    const json known = readJson(figures);
+    const json known = readKept(figures);
     if (known.is_object() && fs::exists(picture))
         return {readImage(picture), known.at("cpu_seconds")};
     Measured result = measure();
     writeImage(picture, result.image);
-    writeJson(figures,
-              {{"name", name},
-               {"key", full_key},
-               {"cpu_seconds",
-                result.cpu_seconds}}); // written last: it tells that the picture is complete
+    keep(figures,
+         {{"name", name},
+          {"key", full_key},
+          {"cpu_seconds",
+           result.cpu_seconds}}); // written last: it tells that the picture is complete
     return result;
 }
 

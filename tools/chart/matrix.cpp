@@ -53,6 +53,22 @@ RenderParams radianceReference(RenderParams p, int samples)
     return p;
 }
 
+std::vector<TruthRow> truthRows(const std::vector<double>& factors, bool all_methods)
+{
+    std::vector<TruthRow> rows;
+    for (const double factor : factors)
+        for (const Filter filter : {Filter::box, Filter::trilinear})
+            for (const Shadows shadows : {Shadows::sweep, Shadows::exact}) {
+                const bool first = filter == Filter::box && shadows == Shadows::sweep;
+                if (!first && factor != 1 && !all_methods) continue;
+                const bool dearest = filter == Filter::trilinear && shadows == Shadows::exact;
+                for (const int samples : {1, 4, 16})
+                    if (samples == 4 || !dearest || all_methods)
+                        rows.push_back({factor, filter, shadows, samples});
+            }
+    return rows;
+}
+
 std::vector<Row> transmittanceRows()
 {
     std::vector<Row> rows{

@@ -32,6 +32,23 @@ RenderParams radianceReference(RenderParams params, int samples);
 /// extinction, which other programs can compute as well. They change: exact, box, cutoff 0.
 std::vector<Row> transmittanceRows();
 
+/// One way to render a volume that is compared with the exact geometry.
+struct TruthRow {
+    double factor = 1; ///< on the scene's voxel
+    Filter filter = Filter::box;
+    Shadows shadows = Shadows::sweep;
+    int samples = 1;
+};
+
+/// Returns what is compared with the exact geometry, voxel size by voxel size, and by rising
+/// samples in each method: 1, 4 and 16 samples of the box filter with swept light; at the scene's
+/// voxel the same of the other filter or shadows, and 4 samples of both, the dearest. Or all of
+/// these everywhere.
+std::vector<TruthRow> truthRows(const std::vector<double>& factors, bool all_methods);
+
+/// Samples per pixel of the curves that are traced directly.
+inline const std::vector<int> kCurveSamples{1, 4, 16, 64};
+
 /// The steps of vdb_render, voxels.
 inline const std::vector<double> kPeerSteps{2, 1, 0.5, 0.25};
 

@@ -7,8 +7,13 @@
 
 #include "tools/chart/chart.h"
 #include "tools/chart/chart_cache.h"
+#include "tools/chart/gnuplot.h"
 #include "tools/chart/matrix.h"
 #include "tools/chart/results.h"
+#include "tools/chart/stability.h"
+#include "tools/chart/truth_chart.h"
+#include "tools/chart/truth_report.h"
+#include "tools/chart/truth_study.h"
 #include "tools/chart/vdb_render.h"
 #include "tools/shared/process.h"
 #include "tools/shared/leave_out.h"
@@ -19,7 +24,6 @@
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
 #include "volcomp/place/voxel_size.h"
-#include "volcomp/render/march/integrator.h"
 #include "volcomp/scene/scene.h"
 
 namespace {
@@ -34,62 +38,10 @@ struct Options {
         49; // no row has that many, so that none takes the reference's places in the pixel
     bool voxels = true;
     std::vector<std::string> leave_out;
+    bool truth = false, all_methods = false; ///< against the exact geometry
+    int truth_samples = 256;
+    std::vector<double> factors{0.5, 1, 2, 4}; ///< voxel sizes, on the scene's
 };
-
-/// Returns what a lit slab shows if it is summed in floats: each of 32 voxels of optical depth x
-/// lets exp(-x) through and shows 1 - exp(-x) of what is left.
-double slabInFloats(float x)
-{
-    float light_left = 1, sum = 0;
-    for (int i = 0; i < 32; ++i) {
-        sum += light_left * (1 - std::exp(-x));
-        light_left *= std::exp(-x);
-    }
-    return 0.25 * double(sum);
-}
-
-/// Returns the error of a lit slab of 32 voxels against (1 - e^-32x) S for each method, where x is
-/// the optical depth of a voxel.
-ChartPanel stabilityPanel()
-{
-    ChartPanel panel;
-    panel.title = "Stability: a lit slab of 32 voxels";
-    panel.x_label = "optical depth of a step (one voxel)";
-    panel.y_label = "relative error";
-    panel.series = {{"", true, false, {}},
-                    {"riemann", true, false, {}},
-                    {"1 - exp(-x) in float", true, false, {}}};
-    panel.series[0].name = "exact";
-    Material material;
-    material.alpha = 1;
-    Light light;
-    light.direction = {0, 0, -1};
-    RenderParams params;
-    params.shadows = Shadows::none;
-    params.cutoff = 0;
-    for (double exponent = -8; exponent <= 3.001; exponent += 0.25) {
-        const float x = float(std::pow(10, exponent));
-        Volume volume;
-        volume.parts.emplace_back();
-        volume.parts[0].density = openvdb::FloatGrid::create(0.0f);
-        volume.parts[0].density->fill(openvdb::CoordBBox({0, 0, 0}, {7, 7, 31}), x, true);
-        const VoxelTree tree(volume);
-        const double truth = 0.25 * -std::expm1(-32.0 * double(x));
-        for (const Integration integration : {Integration::exact, Integration::riemann}) {
-            params.integration = integration;
-            const std::vector<Light> lights{light};
-            const Integrator integrator(tree, {material}, lights, params);
-            Integrator::Scratch scratch;
-            const double found =
-                integrator.trace({3.1, 3.2, 40.003}, {0, 0, -1}, scratch).radiance[0];
-            panel.series[integration == Integration::riemann].points.push_back(
-                {"", x, std::max(1e-16, std::abs(found / truth - 1))});
-        }
-        panel.series[2].points.push_back(
-            {"", x, std::max(1e-16, std::abs(slabInFloats(x) / truth - 1))});
-    }
-    return panel;
-}
 
 /// Returns a panel with a series for each family.
 ChartPanel timeAgainstError(const std::string& title, const std::string& error,
@@ -108,18 +60,6 @@ ChartPanel timeAgainstError(const std::string& title, const std::string& error,
         series->points.push_back({r.row.name, r.cpu_seconds, std::max(kLeastError, r.error)});
     }
     return panel;
-}
-
-void draw(const std::vector<ChartPanel>& panels, const fs::path& directory)
-{
-    for (const char* name : {"chart.svg", "chart.png"})
-        writeAtomically(directory / name, [&](const fs::path& temporary) {
-            const fs::path script = directory / "chart.gnuplot";
-            writeTextAtomically(script, gnuplotScript(panels, 1300, 1320, temporary.string()));
-            const ProcessResult result = runProcess({"gnuplot", script.string()});
-            if (result.status != 0 || fs::file_size(temporary) == 0)
-                throw fileError(script, "", "a script that gnuplot draws", result.output);
-        });
 }
 
 double sceneVoxel(const Scene& scene, int width, int height)
@@ -300,7 +240,8 @@ std::vector<ChartPanel> arranged(std::vector<ChartPanel> panels)
     return panels;
 }
 
-void run(Tool& tool, const Options& options)
+/// Reads the scene as the options say, and checks what is to be written into the directory.
+Scene sceneOf(Tool& tool, const Options& options, std::initializer_list<const char*> names)
 {
     if (!hasProgram("gnuplot"))
         throw Error(
@@ -312,9 +253,62 @@ void run(Tool& tool, const Options& options)
     for (const std::string& warning : scene.warnings) tool.warn(warning);
     leaveOut(scene, options.leave_out);
     std::vector<NamedFile> outputs;
-    for (const char* name : {"chart.svg", "chart.png", "chart.gnuplot", "results.csv", "table.md"})
-        outputs.push_back({"-o", options.directory / name});
+    for (const char* name : names) outputs.push_back({"-o", options.directory / name});
     tool.requireFiles(filesOf(scene), outputs);
+    return scene;
+}
+
+/// Measures and draws how far pictures are from the geometry itself.
+void runTruth(Tool& tool, const Options& options)
+{
+    const Scene scene = sceneOf(
+        tool, options, {"truth.svg", "truth.png", "truth.gnuplot", "truth.md", "truth.json"});
+    const RenderParams base = baseParams(scene, options.width);
+    TruthSetup setup;
+    setup.directory = options.directory / "cache";
+    setup.width = base.width;
+    setup.height = base.height;
+    setup.samples = options.truth_samples;
+    setup.voxel = sceneVoxel(scene, base.width, base.height);
+    setup.factors = options.voxels ? options.factors : std::vector<double>{1};
+    setup.all_methods = options.all_methods;
+    setup.leave_out = options.leave_out;
+    tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}",
+                         base.width, base.height, setup.voxel, setup.directory.string()));
+    TruthStudy study(tool, scene, setup);
+    const std::vector<TruthResult> results = study.measure();
+    const std::string
+        title = truthTitle(options.scene.stem().string(), results),
+        about =
+            fmt::format("Error: root mean square against the strands, leaves and skins "
+                        "themselves, of the mean brightness, {}x{} pixels.\nTime: bake + compose "
+                        "+ load + render; of curves Embree's tree + tracing. Points of a line: 1, "
+                        "4, 16 samples a pixel.",
+                        base.width, base.height);
+    tool.stage("draw", [&](const Progress&) {
+        drawWithGnuplot(options.directory, "truth", [&](const std::string& output) {
+            return truthScript(title, about, results, output);
+        });
+    });
+    std::string sentences = truthSentences(results);
+    tool.stats["truth"] = truthJson(results, setup, study.exactFile(), options.directory);
+    writeTextAtomically(options.directory / "truth.json", tool.stats["truth"].dump(2) + '\n');
+    writeTextAtomically(options.directory / "truth.md",
+                        "# " + title + "\n\n" + about + "\n\n" + sentences + "\n"
+                            + truthTable(results));
+    tool.say("wrote truth.svg, truth.png, truth.md and truth.json in " + options.directory.string()
+             + "\n" + sentences);
+}
+
+void run(Tool& tool, const Options& options)
+{
+    const std::string ending = options.directory.extension().string();
+    if (ending == ".png" || ending == ".svg")
+        throw fileError(options.directory, "-o", "the name of a folder, which gets the charts",
+                        "that of a picture");
+    if (options.truth) return runTruth(tool, options);
+    const Scene scene = sceneOf(
+        tool, options, {"chart.svg", "chart.png", "chart.gnuplot", "results.csv", "table.md"});
     const RenderParams base = baseParams(scene, options.width);
     const double voxel = sceneVoxel(scene, base.width, base.height);
     tool.say(fmt::format("{} x {} pixels, voxels of {:.4g} m; everything measured is kept in {}",
@@ -337,7 +331,11 @@ void run(Tool& tool, const Options& options)
          timeAgainstError("Transmittance, against exact trilinear (steps)",
                           "relative error (RMSE / mean)", transmittance, true),
          sizes, stabilityPanel()});
-    tool.stage("draw", [&](const Progress&) { draw(panels, options.directory); });
+    tool.stage("draw", [&](const Progress&) {
+        drawWithGnuplot(options.directory, "chart", [&](const std::string& output) {
+            return gnuplotScript(panels, 1300, 1320, output);
+        });
+    });
     writeTextAtomically(options.directory / "results.csv",
                         "panel,name,family,cpu_seconds,error,error_without_sampling,settings\n"
                             + csvRows("radiance", radiance)
@@ -346,6 +344,33 @@ void run(Tool& tool, const Options& options)
     writeTextAtomically(options.directory / "table.md", table);
     tool.say("wrote chart.svg, chart.png, results.csv and table.md in " + options.directory.string()
              + "\n" + table);
+}
+
+/// Adds the options of the chart against the exact geometry; returns the one that asks for it.
+CLI::Option* addTruthOptions(CLI::App& app, Options& options)
+{
+    CLI::Option* truth = app.add_flag(
+        "--truth", options.truth,
+        "Compare with the strands, leaves and skins themselves instead of a better picture of the "
+        "same voxels: curves traced directly, and volumes of several voxel sizes and settings");
+    app.add_option("--truth-samples", options.truth_samples,
+                   "Samples per pixel of the exact picture")
+        ->capture_default_str()
+        ->check(wholeNumber(2, 1 << 24))
+        ->needs(truth);
+    app.add_option("--voxels", options.factors, "Voxel sizes to compare, as factors on the scene's")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->capture_default_str()
+        ->check(realNumber(0.01, 100))
+        ->type_name("FACTOR,...")
+        ->needs(truth);
+    app.add_flag(
+           "--all-methods", options.all_methods,
+           "Compare trilinear density and shadow rays at every voxel size, not at the scene's "
+           "alone")
+        ->needs(truth);
+    return truth;
 }
 
 } // namespace
@@ -363,8 +388,8 @@ int main(int argc, char** argv)
     tool.app
         .add_option(
             "-o,--output", options.directory,
-            "Directory for chart.svg, chart.png, results.csv, table.md and what was measured "
-            "(cache/)")
+            "Directory for chart.svg, chart.png, results.csv, table.md, or with --truth truth.svg, "
+            "truth.png, truth.md, truth.json, and for what was measured (cache/)")
         ->required()
         ->type_name("DIR");
     tool.app
@@ -372,9 +397,10 @@ int main(int argc, char** argv)
                     "Width of the pictures, pixels; voxels follow from it as in the scene")
         ->capture_default_str()
         ->check(wholeNumber(16, 32768));
-    tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")
-        ->capture_default_str()
-        ->check(wholeNumber(1, 65536));
+    CLI::Option* samples =
+        tool.app.add_option("--samples", options.samples, "Samples per pixel of the reference")
+            ->capture_default_str()
+            ->check(wholeNumber(1, 65536));
     tool.app
         .add_option(
             "--leave-out", options.leave_out,
@@ -382,6 +408,8 @@ int main(int argc, char** argv)
         ->type_name("SURFACE")
         ->allow_extra_args(false);
     tool.app.add_flag("!--no-voxels", options.voxels,
-                      "Leave out the chart of voxel sizes, which composes eight volumes");
+                      "Leave out the chart of voxel sizes, which composes eight volumes; with "
+                      "--truth take the scene's voxel alone");
+    addTruthOptions(tool.app, options)->excludes(samples);
     return tool.main(argc, argv, [&] { run(tool, options); });
 }

@@ -39,6 +39,7 @@ private:
     std::optional<Extinction> m_extinction;
     std::optional<double> m_pixel_radius, m_step, m_cutoff;
     std::optional<bool> m_lod;
+    bool m_background = true;
 };
 
 } // namespace volcomp

@@ -12,9 +12,12 @@ namespace volcomp {
 
 /// How an exact picture is taken.
 struct ExactParams {
-    int samples = 64; ///< per pixel, at least 2
+    int samples = 64; ///< per pixel, at least 1, with halves 2
     std::uint64_t seed = 1;
     bool shadows = true; ///< rays to the lights
+    /// Two independent halves of the samples, for pictureError(). Without them all samples are one
+    /// jittered grid, as a renderer takes them, which has less noise.
+    bool halves = true;
 };
 
 /// The radiance that a hit sends towards V (unit), by MODEL sections 4 and 5, with hard shadows and
@@ -24,25 +27,10 @@ Vec3d radianceOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& 
 
 /// The picture of the scene's camera, size and pixel filter. Its channels are R, G, B and A, and
 /// half.R, half.G, half.B and half.A, the same by the first half of the samples alone: so the two
-/// halves are independent pictures, and pictureError() can leave their noise out. The bytes do not
-/// depend on the number of threads. Throws Error if the camera or a setting is out of range.
+/// halves are independent pictures, and pictureError() can leave their noise out. Without halves
+/// the picture has R, G, B and A alone. The bytes do not depend on the number of threads. Throws
+/// Error if the camera or a setting is out of range.
 Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const ExactParams& params,
                    const Progress& progress = {});
-
-/// How far a picture is from the exact one.
-struct PictureError {
-    double mean = 0;       ///< of the exact picture's R, G and B over all pixels
-    double bias = 0;       ///< of the mean, relative to it
-    double rmse = 0;       ///< over pixels and R, G, B, relative to the mean
-    double block_rmse = 0; ///< the same of means over blocks
-    // Of alpha, over the pixels in which one of the pictures has something; not relative.
-    double alpha_mean = 0, alpha_bias = 0, alpha_rmse = 0, alpha_block_rmse = 0;
-};
-
-/// Compares R, G, B and A of a picture with an exactPicture() of the same size, also in blocks of
-/// `block` x `block` pixels. The noise of the exact picture is left out: with its halves a and b
-/// the mean square is that of (x - a)(x - b), which may be below zero; its root is then shown as
-/// negative. Throws Error if the sizes differ or a channel is missing.
-PictureError pictureError(const Image& picture, const Image& exact, int block = 4);
 
 } // namespace volcomp

@@ -9,6 +9,7 @@
 
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
+#include "tools/shared/picture_error.h"
 #include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "tools/truth/exact_picture.h"
@@ -29,6 +30,7 @@ struct Options {
     ExactParams params;
     double solid_radius = 0;
     int block = 4;
+    bool background = true;
 };
 
 Scene sceneOf(const Tool& tool, const Options& options)
@@ -40,6 +42,7 @@ Scene sceneOf(const Tool& tool, const Options& options)
     inputs.push_back({"--compare", options.compared});
     tool.requireFiles(inputs, outputs);
     leaveOut(scene, options.leave_out);
+    if (!options.background) scene.render.background = Vec3d(0.0);
     if (options.size.empty()) return scene;
     const std::string expected = "WIDTHxHEIGHT in pixels, such as 640x480";
     const std::size_t x = options.size.find('x');
@@ -107,6 +110,10 @@ void run(Tool& tool, const Options& options)
     for (const fs::path& output : options.outputs) requirePictureName(output);
     if (!options.known.empty() && !options.outputs.empty())
         throw Error("--known: expected no -o beside it, as nothing is traced");
+    if (options.params.halves && options.params.samples < 2)
+        throw Error("--samples: expected at least 2, one for each half, or --no-halves, found 1");
+    if (!options.params.halves && !options.compared.empty())
+        throw Error("--no-halves: expected no --compare beside it, which needs the halves");
     if (options.outputs.empty() && options.compared.empty())
         throw Error("nothing to do: expected -o or --compare");
     const Image exact =
@@ -125,10 +132,16 @@ void addOptions(CLI::App& app, Options& options)
         ->allow_extra_args(false);
     app.add_option("--samples", options.params.samples, "Rays per pixel")
         ->capture_default_str()
-        ->check(wholeNumber(2, 1 << 24));
+        ->check(wholeNumber(1, 1 << 24));
+    app.add_flag(
+        "!--no-halves", options.params.halves,
+        "All samples in one jittered grid, as a renderer takes them; the picture lacks what "
+        "--known needs");
     app.add_option("--seed", options.params.seed, "Of the random numbers")->capture_default_str();
     app.add_option("--size", options.size, "Size of the picture, pixels (default: the scene's)")
         ->type_name("WxH");
+    app.add_flag("!--no-background", options.background,
+                 "Nothing behind everything: black there, and alpha 0, whatever the scene says");
     app.add_flag("!--no-shadows", options.params.shadows, "Light is not blocked by anything");
     app.add_option("--solid", options.solid_radius,
                    "Fibres of this radius in metres or more shade themselves, as solid bodies; 0: "
