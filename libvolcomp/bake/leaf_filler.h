@@ -37,6 +37,7 @@ double reachInCells(const Segment& s, double size);
 /// What is known of a voxel while its leaf is being filled.
 struct Cell {
     float depth = 0;    ///< sum of -ln(1 - c) over the finished strands: the optical depth
+    float squares = 0;  ///< sum of the squares of what each strand adds to the depth
     float coverage = 0; ///< c of the current strand
     float weight = 0;   ///< sum of coverages
     std::array<float, 3> colour{}; ///< linear RGB times coverage

@@ -206,6 +206,8 @@ VolumePart emptyPart(const std::vector<Segment>& segments, const std::string& ma
     part.density->setGridClass(openvdb::GRID_FOG_VOLUME);
     part.direction = openvdb::Vec3SGrid::create(Vec3f(0.0f));
     part.direction->setTransform(part.density->transform().copy());
+    part.own_share = openvdb::FloatGrid::create(0.0f);
+    part.own_share->setTransform(part.density->transform().copy());
     if (segments.empty()) return part;
     if (oneColour(segments)) {
         part.uniform_colour = segments.front().colour_a;
@@ -218,7 +220,7 @@ VolumePart emptyPart(const std::vector<Segment>& segments, const std::string& ma
 
 /// The nodes that one leaf adds to the grids; null if it has no voxel that counts.
 struct LeafNodes {
-    std::unique_ptr<FloatLeaf> density;
+    std::unique_ptr<FloatLeaf> density, own_share;
     std::unique_ptr<VectorLeaf> direction, colour;
 };
 
@@ -232,12 +234,15 @@ LeafNodes nodesOf(const LeafFiller& filler, const openvdb::Coord& origin, double
         if (!(cell.depth > kLeastDepth)) continue;
         if (!nodes.density) {
             nodes.density = std::make_unique<FloatLeaf>(origin, 0.0f, false);
+            nodes.own_share = std::make_unique<FloatLeaf>(origin, 0.0f, false);
             nodes.direction = std::make_unique<VectorLeaf>(origin, Vec3f(0.0f), false);
             if (with_colour)
                 nodes.colour = std::make_unique<VectorLeaf>(origin, Vec3f(0.0f), false);
         }
         const auto offset = static_cast<openvdb::Index>(v);
         nodes.density->setValueOn(offset, static_cast<float>(cell.depth / voxel));
+        nodes.own_share->setValueOn(offset,
+                                    std::min(1.0f, cell.squares / (cell.depth * cell.depth)));
         const auto& m = cell.tensor;
         nodes.direction->setValueOn(
             offset, Vec3f(principalDirection({m[0], m[1], m[2], m[3], m[4], m[5]}).stored()));
@@ -280,6 +285,7 @@ VolumePart rasterise(const std::vector<Segment>& segments, const std::string& ma
         if (!leaf.density) continue;
         part.density->tree().addLeaf(leaf.density.release());
         part.direction->tree().addLeaf(leaf.direction.release());
+        part.own_share->tree().addLeaf(leaf.own_share.release());
         if (with_colour) part.colour->tree().addLeaf(leaf.colour.release());
     }
     report(progress, 1);

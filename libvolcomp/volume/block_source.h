@@ -51,6 +51,7 @@ struct PartVoxels {
     std::vector<Vec3f> direction;     ///< as VolumePart::direction; empty: no direction
     std::vector<Vec3f> colour;        ///< never empty, unless the mask is
     std::vector<Vec3f> scatter_ratio; ///< as VolumePart::scatter_ratio; empty: 1 everywhere
+    std::vector<float> own_share;     ///< as VolumePart::own_share; empty: 0 everywhere
 
     /// The value of the k-th voxel of the mask, or `otherwise` if the list is empty.
     template <class T>

@@ -176,6 +176,7 @@ VolumePart cubicPart(const VolumePart& from, const openvdb::math::Transform::Ptr
                      const IndexMap& map)
 {
     VolumePart part = from;
+    part.own_share = nullptr; // strands are told apart in the voxels that they were baked for alone
     const bool has[3] = {from.direction != nullptr, from.colour != nullptr,
                          from.scatter_ratio != nullptr};
     part.density = FloatGrid::create(0.0f);

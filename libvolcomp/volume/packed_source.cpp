@@ -38,13 +38,20 @@ const PackedBlock* find(const PackedPart& part, const Coord& origin)
     return block != part.blocks.end() && block->origin == origin ? &*block : nullptr;
 }
 
-// The vectors of the voxels whose density is not 0.
-void takeVectors(const Half3* from, const float* density, std::uint32_t count,
-                 std::vector<Vec3f>& to)
+// The values of the voxels whose density is not 0.
+void takeValues(const Half3* from, const float* density, std::uint32_t count,
+                std::vector<Vec3f>& to)
 {
     if (!from) return;
     for (std::uint32_t i = 0; i < count; ++i)
         if (density[i] != 0) to.push_back(fromHalves(from[i]));
+}
+void takeValues(const openvdb::math::half* from, const float* density, std::uint32_t count,
+                std::vector<float>& to)
+{
+    if (!from) return;
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (density[i] != 0) to.push_back(from[i]);
 }
 
 void takePart(const PackedPart& part, const PackedBlock& block, PartVoxels& to)
@@ -58,9 +65,10 @@ void takePart(const PackedPart& part, const PackedBlock& block, PartVoxels& to)
             to.density.push_back(density[i]);
         }
     if (to.density.empty()) return;
-    takeVectors(part.direction(block), density, block.count, to.direction);
-    takeVectors(part.colour(block), density, block.count, to.colour);
-    takeVectors(part.scatterRatio(block), density, block.count, to.scatter_ratio);
+    takeValues(part.direction(block), density, block.count, to.direction);
+    takeValues(part.colour(block), density, block.count, to.colour);
+    takeValues(part.scatterRatio(block), density, block.count, to.scatter_ratio);
+    takeValues(part.ownShare(block), density, block.count, to.own_share);
     if (!part.has_colour) to.colour.push_back(part.uniform_colour);
 }
 

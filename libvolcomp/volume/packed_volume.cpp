@@ -19,6 +19,7 @@ constexpr std::size_t kFirstChunk = std::size_t(1) << 16, kLargePage = std::size
 
 Vec3f floats(const Half3& h) { return fromHalves(h); }
 float floats(float v) { return v; }
+float floats(half v) { return v; }
 
 /// A grid of the values that `get` finds for a block: as many as the block has active voxels.
 template <class Grid, class Get>
@@ -124,11 +125,13 @@ public:
         m_part.has_direction = from.direction != nullptr;
         m_part.has_colour = from.colour != nullptr;
         m_part.has_scatter_ratio = from.scatter_ratio != nullptr;
+        m_part.has_own_share = from.own_share != nullptr;
         m_part.stores.emplace_back();
         m_density = withoutActiveTiles(m_density);
         if (from.direction) m_direction.emplace(from.direction->getConstAccessor());
         if (from.colour) m_colour.emplace(from.colour->getConstAccessor());
         if (from.scatter_ratio) m_scatter_ratio.emplace(from.scatter_ratio->getConstAccessor());
+        if (from.own_share) m_own_share.emplace(from.own_share->getConstAccessor());
     }
 
     PackedPart run()
@@ -148,15 +151,15 @@ private:
         block.count = static_cast<std::uint32_t>(leaf.onVoxelCount());
         for (openvdb::Index x = 0; x < 8; ++x)
             block.mask[x] = leaf.valueMask().template getWord<std::uint64_t>(x);
-        block.values = m_part.stores[0].allocate(
-            block.count
-            * PackedPart::voxelBytes(m_part.has_direction, m_part.has_colour,
-                                     m_part.has_scatter_ratio));
+        block.values = m_part.stores[0].allocate(block.count * m_part.voxelBytes());
         float* density = m_part.density(block);
         for (auto v = leaf.cbeginValueOn(); v; ++v) *density++ = *v;
         addVectors(leaf, m_direction, m_part.direction(block));
         addVectors(leaf, m_colour, m_part.colour(block));
         addVectors(leaf, m_scatter_ratio, m_part.scatterRatio(block));
+        if (half* to = m_part.ownShare(block))
+            for (auto v = leaf.cbeginValueOn(); v; ++v)
+                *to++ = half(m_own_share->getValue(v.getCoord()));
         m_part.blocks.push_back(block);
     }
     static void addVectors(const openvdb::FloatTree::LeafNodeType& leaf, Vectors& from, Half3* to)
@@ -168,6 +171,7 @@ private:
     PackedPart m_part;
     openvdb::FloatGrid::ConstPtr m_density;
     Vectors m_direction, m_colour, m_scatter_ratio;
+    std::optional<openvdb::FloatGrid::ConstAccessor> m_own_share;
 };
 
 } // namespace
@@ -197,6 +201,9 @@ Volume unpack(const PackedVolume& packed)
         if (from.has_direction) part.direction = vectors(&PackedPart::direction);
         if (from.has_colour) part.colour = vectors(&PackedPart::colour);
         if (from.has_scatter_ratio) part.scatter_ratio = vectors(&PackedPart::scatterRatio);
+        if (from.has_own_share)
+            part.own_share = gridOf<openvdb::FloatGrid>(
+                from, *packed.transform, [&](const PackedBlock& b) { return from.ownShare(b); });
     }
     return volume;
 }

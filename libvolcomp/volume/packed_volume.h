@@ -49,8 +49,8 @@ struct PackedBlock {
     std::uint32_t count = 0; ///< active voxels, 1 to 512
     /// Bit 8 y + z of word x: voxel (x, y, z) is active. Values come in the order of the bits.
     std::array<std::uint64_t, 8> mask;
-    /// Owned by the part's stores: densities, then directions, colours and scatter ratios, as far
-    /// as the part has them.
+    /// Owned by the part's stores: densities, then directions, colours, scatter ratios and own
+    /// shares, as far as the part has them.
     std::byte* values = nullptr;
 };
 
@@ -63,16 +63,22 @@ bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b);
 struct PackedPart {
     std::string material;
     MaterialKind kind = MaterialKind::fibre;
-    bool has_direction = false, has_colour = false, has_scatter_ratio = false;
+    bool has_direction = false, has_colour = false, has_scatter_ratio = false,
+         has_own_share = false;
     Vec3f uniform_colour{1.0f};      ///< of every voxel, if has_colour is false
     std::vector<PackedBlock> blocks; ///< in the order of an OpenVDB tree
     std::vector<VoxelStore> stores;
 
     /// Bytes that the values of a voxel take.
-    static std::size_t voxelBytes(bool direction, bool colour, bool scatter_ratio = false)
+    static std::size_t voxelBytes(bool direction, bool colour, bool scatter_ratio = false,
+                                  bool own_share = false)
     {
         return sizeof(float) + (direction ? sizeof(Half3) : 0) + (colour ? sizeof(Half3) : 0)
-            + (scatter_ratio ? sizeof(Half3) : 0);
+            + (scatter_ratio ? sizeof(Half3) : 0) + (own_share ? sizeof(openvdb::math::half) : 0);
+    }
+    std::size_t voxelBytes() const
+    {
+        return voxelBytes(has_direction, has_colour, has_scatter_ratio, has_own_share);
     }
 
     float* density(const PackedBlock& b) const { return reinterpret_cast<float*>(b.values); }
@@ -93,6 +99,12 @@ struct PackedPart {
             ? reinterpret_cast<Half3*>(b.values + b.count * voxelBytes(has_direction, has_colour))
             : nullptr;
     }
+    openvdb::math::half* ownShare(const PackedBlock& b) const ///< VolumePart::own_share; null: none
+    {
+        return has_own_share ? reinterpret_cast<openvdb::math::half*>(
+                   b.values + b.count * voxelBytes(has_direction, has_colour, has_scatter_ratio))
+                             : nullptr;
+    }
     std::size_t voxels() const; ///< active
     std::size_t bytes() const;  ///< of memory
 };
@@ -110,7 +122,7 @@ struct PackedVolume {
 };
 
 /// The active voxels of a volume. Active tiles become voxels; values of inactive voxels are
-/// dropped. Directions, colours and scatter ratios are rounded to half floats. The result shares no
+/// dropped. All but densities is rounded to half floats. The result shares no
 /// voxels with `volume`.
 PackedVolume pack(const Volume& volume);
 

@@ -24,6 +24,7 @@ constexpr const char* kKind = "volcomp_kind";
 constexpr const char* kColour = "volcomp_colour";
 constexpr const char* kDirection = "volcomp_direction";
 constexpr const char* kScatterRatio = "volcomp_scatter_ratio";
+constexpr const char* kOwnShare = "volcomp_own_share";
 constexpr const char* kShown = "volcomp_shown"; ///< what volcomp 0.1.0 called the same
 
 inline const char* directionName(MaterialKind kind)

@@ -4,7 +4,8 @@
 //
 // A volume of one material has those names. With several, the names of each part's grids end in an
 // underscore and the material (`density_bark`, `N_bark`, `Cd_bark`), and a further grid `density`
-// is their sum, for other programs. A direction, colour or scatter ratio that is the same in all
+// is their sum, for other programs. A further grid `own_share` says how few strands a voxel holds
+// (VolumePart::own_share). A direction, colour, scatter ratio or own share that is the same in all
 // voxels is not a grid but metadata of the part's density grid. That metadata:
 //
 //     volcomp_material        name of the part's material
@@ -12,9 +13,10 @@
 //     volcomp_colour          the colour of every voxel, if there is no colour grid
 //     volcomp_direction       the direction of every voxel, if there is no direction grid
 //     volcomp_scatter_ratio   the scatter ratio of every voxel, if there is no such grid
+//     volcomp_own_share       the own share of every voxel, if there is no such grid
 //
-// Files of coarser levels (voxel_levels.h) have one more grid for each part, `scatter_ratio`:
-// VolumePart::scatter_ratio.
+// Files of coarser levels (voxel_levels.h), and of volumes composed of boxes that were made
+// coarser, have one more grid for each part, `scatter_ratio`: VolumePart::scatter_ratio.
 //
 // A grid is stored as half floats if all of its values are in their range: an error of at most
 // 2^-11 of each value. Directions keep the spread of MODEL section 8 in their length (volume.h).

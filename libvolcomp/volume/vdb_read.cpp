@@ -97,6 +97,21 @@ void checkDensity(const VdbFile& file, FloatGrid& grid, std::vector<std::string>
     warnings.push_back(file.path().string() + ": " + negativeDensities(grid.getName(), e.least));
 }
 
+/// Sets values that are not finite to 0, and others to [0, 1].
+void cleanShares(FloatGrid& grid)
+{
+    const auto fixed = [](float v) {
+        return std::isfinite(v) ? std::min(1.0f, std::max(0.0f, v)) : 0.0f;
+    };
+    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid.tree());
+    leaves.foreach ([&](auto& leaf, std::size_t) {
+        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(fixed(*v));
+    });
+    auto tile = grid.beginValueOn();
+    tile.setMaxDepth(FloatGrid::ValueOnIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile) tile.setValue(fixed(*tile));
+}
+
 /// Sets vectors that are not finite to 0. With `normalise`, which is for foreign files, it gives
 /// the others unit length.
 void clean(Vec3SGrid& grid, bool normalise)
@@ -138,7 +153,10 @@ public:
 private:
     bool now() const { return m_leaves == LeavesRead::now; }
     Vec3SGrid::Ptr readVectors(const std::string& name, const FloatGrid& density, bool normalise);
-    Vec3SGrid::Ptr sharedVector(const FloatGrid& density, const openvdb::Vec3s& value) const;
+    FloatGrid::Ptr readOwnShare(const std::string& name, const FloatGrid& density);
+    template <class Grid>
+    typename Grid::Ptr sharedValue(const FloatGrid& density,
+                                   const typename Grid::ValueType& value) const;
     /// One vector of the density's metadata; none if it is not finite.
     std::optional<openvdb::Vec3s> metadataVector(const FloatGrid& density, const char* key) const;
     MaterialKind kindOf(const FloatGrid& density, bool has_tangent) const;
@@ -159,20 +177,32 @@ Vec3SGrid::Ptr PartReader::readVectors(const std::string& name, const FloatGrid&
     return grid;
 }
 
+FloatGrid::Ptr PartReader::readOwnShare(const std::string& name, const FloatGrid& density)
+{
+    auto grid = m_file.read<FloatGrid>(name, m_leaves);
+    if (!(grid->transform() == density.transform()))
+        throw fileError(m_file.path(), "grid '" + name + "'",
+                        "the transform of '" + density.getName() + "'", "another one");
+    if (now()) cleanShares(*grid);
+    return grid;
+}
+
 /// A grid of one value in the density's voxels. If leaves are read later, the value is the
 /// background of a grid without leaves.
-Vec3SGrid::Ptr PartReader::sharedVector(const FloatGrid& density, const openvdb::Vec3s& value) const
+template <class Grid>
+typename Grid::Ptr PartReader::sharedValue(const FloatGrid& density,
+                                           const typename Grid::ValueType& value) const
 {
-    auto grid = Vec3SGrid::create(now() ? openvdb::Vec3s(0) : value);
+    auto grid = Grid::create(now() ? openvdb::zeroVal<typename Grid::ValueType>() : value);
     grid->setTransform(density.transform().copy());
     if (!now()) return grid;
     grid->tree().topologyUnion(density.tree());
-    openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid->tree());
+    openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid->tree());
     leaves.foreach ([&](auto& leaf, std::size_t) {
         for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(value);
     });
     auto tile = grid->beginValueOn();
-    tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
+    tile.setMaxDepth(Grid::ValueOnIter::LEAF_DEPTH - 1);
     for (; tile; ++tile) tile.setValue(value);
     return grid;
 }
@@ -212,7 +242,7 @@ VolumePart PartReader::read(const std::string& name)
     if (const std::string grid = directionName(part.kind) + suffix; m_file.has(grid))
         part.direction = readVectors(grid, *part.density, !ours);
     else if (const auto shared = metadataVector(*part.density, kDirection))
-        part.direction = sharedVector(*part.density, *shared);
+        part.direction = sharedValue<Vec3SGrid>(*part.density, *shared);
     if (ours && (m_file.has("shown" + suffix) || metadata<openvdb::Vec3s>(*part.density, kShown)))
         throw fileError(m_file.path(), "grid 'shown" + suffix + "'",
                         "grid 'scatter_ratio" + suffix + "'", "what volcomp 0.1.0 had in its place",
@@ -220,7 +250,12 @@ VolumePart PartReader::read(const std::string& name)
     if (const std::string grid = "scatter_ratio" + suffix; ours && m_file.has(grid))
         part.scatter_ratio = readVectors(grid, *part.density, false);
     else if (const auto scatter_ratio = metadataVector(*part.density, kScatterRatio))
-        part.scatter_ratio = sharedVector(*part.density, *scatter_ratio);
+        part.scatter_ratio = sharedValue<Vec3SGrid>(*part.density, *scatter_ratio);
+    if (const std::string grid = "own_share" + suffix; ours && m_file.has(grid))
+        part.own_share = readOwnShare(grid, *part.density);
+    else if (const auto share = metadata<float>(*part.density, kOwnShare))
+        part.own_share = sharedValue<FloatGrid>(
+            *part.density, std::isfinite(*share) ? std::min(1.0f, std::max(0.0f, *share)) : 0.0f);
     for (const GridNames names : {GridNames::houdini, GridNames::blender})
         if (const std::string grid = colourName(names) + suffix; !part.colour && m_file.has(grid))
             part.colour = readVectors(grid, *part.density, false);
@@ -282,7 +317,8 @@ Volume cubic(Volume volume, const VdbFile& file)
         voxels += double(part.density->activeVoxelCount());
         for (const openvdb::GridBase::Ptr& grid :
              {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction),
-              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio)})
+              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio),
+              openvdb::GridBase::Ptr(part.own_share)})
             if (grid) bytes += double(grid->baseTree().memUsage());
     }
     volume.warnings.push_back(

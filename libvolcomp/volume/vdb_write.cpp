@@ -136,22 +136,25 @@ private:
 
 using PackedFloats = PackedGrid<FloatGrid, float>;
 using PackedVectors = PackedGrid<Vec3SGrid, Half3>;
+using PackedHalves = PackedGrid<FloatGrid, half>; ///< is saved as halves
 
 /// The value that all voxels have, if it is the same.
-std::optional<Vec3f> sharedValue(const PackedPart& part, PackedVectors::Values values)
+template <class Packed>
+std::optional<Packed> sharedValue(const PackedPart& part,
+                                  Packed* (PackedPart::*values)(const PackedBlock&) const)
 {
     if (part.blocks.empty()) return std::nullopt;
-    const Half3 first = *(part.*values)(part.blocks[0]);
+    const Packed first = *(part.*values)(part.blocks[0]);
     std::atomic<bool> same{true};
     tbb::parallel_for(std::size_t(0), part.blocks.size(), [&](std::size_t i) {
-        const Half3* v = (part.*values)(part.blocks[i]);
-        if (same && !std::all_of(v, v + part.blocks[i].count, [&](const Half3& h) {
-                return h == first;
+        const Packed* v = (part.*values)(part.blocks[i]);
+        if (same && !std::all_of(v, v + part.blocks[i].count, [&](const Packed& p) {
+                return p == first;
             }))
             same = false;
     });
     if (!same) return std::nullopt;
-    return Vec3f(first[0], first[1], first[2]);
+    return first;
 }
 
 /// True if half floats hold every density to 2^-11 of it.
@@ -223,11 +226,25 @@ void addVectors(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolu
 {
     if (part.blocks.empty()) return;
     if (const auto value = sharedValue(part, values)) {
-        density.insertMeta(shared_key, openvdb::Vec3SMetadata(*value));
+        density.insertMeta(shared_key, openvdb::Vec3SMetadata(fromHalves(*value)));
         return;
     }
     const auto grid = std::make_shared<PackedVectors>(part, values);
     prepare(*grid, volume, name, type, true);
+    grids.push_back(grid);
+}
+
+/// The same for the own shares.
+void addOwnShare(openvdb::GridPtrVec& grids, FloatGrid& density, const PackedVolume& volume,
+                 const PackedPart& part, const std::string& suffix)
+{
+    if (part.blocks.empty()) return;
+    if (const auto value = sharedValue(part, &PackedPart::ownShare)) {
+        density.insertMeta(kOwnShare, openvdb::FloatMetadata(*value));
+        return;
+    }
+    const auto grid = std::make_shared<PackedHalves>(part, &PackedPart::ownShare);
+    prepare(*grid, volume, "own_share" + suffix, openvdb::VEC_INVARIANT, true);
     grids.push_back(grid);
 }
 
@@ -264,6 +281,7 @@ openvdb::GridPtrVec gridsOf(const PackedVolume& volume, PackedPart& sum, GridNam
         if (part.has_scatter_ratio)
             addVectors(grids, *density, volume, part, &PackedPart::scatterRatio,
                        "scatter_ratio" + suffix, kScatterRatio, openvdb::VEC_INVARIANT);
+        if (part.has_own_share) addOwnShare(grids, *density, volume, part, suffix);
     }
     return grids;
 }

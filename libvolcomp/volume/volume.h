@@ -36,9 +36,16 @@ struct VolumePart {
     openvdb::Vec3SGrid::Ptr colour;
     Vec3f uniform_colour{1.0f};
 
-    /// The light that a voxel of a coarser level scatters once, over that of a homogeneous voxel of
-    /// the same density, if the light comes from the side of the eye, from across, and from behind.
-    /// Null: 1 everywhere.
+    /// The share of a voxel's density that belongs to the same strand or leaf as a particle, mean
+    /// over its particles: sum rho_k^2 / (sum rho_k)^2 over the strands, 1 / their number if they
+    /// are equal (MODEL section 2). In a composed volume it is times what of it a leaf's light
+    /// leaves out (MODEL section 3). 0 to 1. Null: 0 everywhere, as in fog.
+    openvdb::FloatGrid::Ptr own_share;
+
+    /// The light that a voxel which stands for eight scatters once, over that of a homogeneous
+    /// voxel of the same density and own share, if the light comes from the side of the eye, from
+    /// across, and from behind (MODEL section 8). Coarser levels have it, and volumes composed of
+    /// boxes that were made coarser. Null: 1 everywhere.
     openvdb::Vec3SGrid::Ptr scatter_ratio;
 };
 

@@ -13,8 +13,6 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatNode = FloatTree::RootNodeType::ChildNodeType::ChildNodeType;
 using FloatLeaf = FloatTree::LeafNodeType;
-using VectorNode = openvdb::Vec3STree::RootNodeType::ChildNodeType::ChildNodeType;
-using VectorLeaf = openvdb::Vec3STree::LeafNodeType;
 static_assert(FloatNode::DIM == kNodeDim && FloatLeaf::DIM == kLeafDim);
 
 constexpr VoxelMask kAllVoxels = [] {
@@ -66,33 +64,41 @@ Vec3f finite(const Vec3f& v)
 {
     return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]) ? v : Vec3f(0.0f);
 }
+float finite(float v) { return std::isfinite(v) ? v : 0; }
 
-template <class Node>
-bool hasNode(const openvdb::Vec3SGrid::Ptr& grid, const Coord& at)
+/// Whether a grid has the node (0) or the leaf (1) at a place.
+template <int kWhich, class Grid>
+bool hasNode(const std::shared_ptr<Grid>& grid, const Coord& at)
 {
-    return grid && grid->tree().probeConstNode<Node>(at);
+    using Tree = typename Grid::TreeType;
+    using Node =
+        std::conditional_t<kWhich == 0, typename Tree::RootNodeType::ChildNodeType::ChildNodeType,
+                           typename Tree::LeafNodeType>;
+    return grid && grid->tree().template probeConstNode<Node>(at);
 }
-template <class Node>
-bool vectorsHaveNode(const VolumePart& part, const Coord& at)
+/// The same for any of the grids beside the density.
+template <int kWhich>
+bool othersHaveNode(const VolumePart& part, const Coord& at)
 {
-    return hasNode<Node>(part.direction, at) || hasNode<Node>(part.colour, at)
-        || hasNode<Node>(part.scatter_ratio, at);
+    return hasNode<kWhich>(part.direction, at) || hasNode<kWhich>(part.colour, at)
+        || hasNode<kWhich>(part.scatter_ratio, at) || hasNode<kWhich>(part.own_share, at);
 }
 
-// The vectors of the `count` voxels of a mask; one, if the grid has no leaf there. Reads them from
+// The values of the `count` voxels of a mask; one, if the grid has no leaf there. Reads them from
 // the file, if they are still there.
-void takeVectors(const openvdb::Vec3SGrid::Ptr& grid, const Coord& block, const VoxelMask& mask,
-                 std::size_t count, std::vector<Vec3f>& to)
+template <class Grid>
+void takeValues(const std::shared_ptr<Grid>& grid, const Coord& block, const VoxelMask& mask,
+                std::size_t count, std::vector<typename Grid::ValueType>& to)
 {
     if (!grid) return;
-    VectorLeaf* const leaf = grid->tree().probeLeaf(block);
+    auto* const leaf = grid->tree().probeLeaf(block);
     if (!leaf) {
         to.push_back(finite(grid->tree().getValue(block)));
         return;
     }
-    const Vec3f* values = valuesOf(*leaf);
+    const auto* values = valuesOf(*leaf);
     to.resize(count);
-    Vec3f* next = to.data();
+    auto* next = to.data();
     for (int x = 0; x < 8; ++x)
         for (std::uint64_t left = mask[x]; left; left &= left - 1)
             *next++ = finite(values[x << 6 | __builtin_ctzll(left)]);
@@ -121,9 +127,10 @@ void takePart(const VolumePart& part, const Coord& block, PartVoxels& to)
         to.mask = kAllVoxels;
         to.density.push_back(tile);
     }
-    takeVectors(part.direction, block, to.mask, count, to.direction);
-    takeVectors(part.scatter_ratio, block, to.mask, count, to.scatter_ratio);
-    takeVectors(part.colour, block, to.mask, count, to.colour);
+    takeValues(part.direction, block, to.mask, count, to.direction);
+    takeValues(part.scatter_ratio, block, to.mask, count, to.scatter_ratio);
+    takeValues(part.own_share, block, to.mask, count, to.own_share);
+    takeValues(part.colour, block, to.mask, count, to.colour);
     if (!part.colour) to.colour.push_back(part.uniform_colour);
 }
 
@@ -148,6 +155,7 @@ void PartVoxels::clear()
     direction.clear();
     colour.clear();
     scatter_ratio.clear();
+    own_share.clear();
 }
 
 VolumeSource::VolumeSource(Volume volume, TakenBlocks taken, std::string file)
@@ -157,7 +165,8 @@ VolumeSource::VolumeSource(Volume volume, TakenBlocks taken, std::string file)
     for (const VolumePart& part : m_volume.parts)
         for (const openvdb::GridBase::Ptr& grid :
              {openvdb::GridBase::Ptr(part.density), openvdb::GridBase::Ptr(part.direction),
-              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio)})
+              openvdb::GridBase::Ptr(part.colour), openvdb::GridBase::Ptr(part.scatter_ratio),
+              openvdb::GridBase::Ptr(part.own_share)})
             if (grid && grid->transform() != transform())
                 throw Error("the volume's grids have different transforms; resample them to one");
 }
@@ -197,18 +206,17 @@ NodeBlocks VolumeSource::blocks(const Coord& origin) const
     result.one_tile = true;
     for (const VolumePart& part : m_volume.parts) {
         const FloatNode* node = part.density->tree().probeConstNode<FloatNode>(origin);
-        const bool vectors = vectorsHaveNode<VectorNode>(part, origin),
+        const bool others = othersHaveNode<0>(part, origin),
                    tile = !node && tileOf(part, origin) != 0;
-        if (node || vectors) result.one_tile = false;
+        if (node || others) result.one_tile = false;
         if (tile) result.tiles.set();
-        if (!node && !(tile && vectors)) continue;
+        if (!node && !(tile && others)) continue;
         for (int n = 0; n < kNodeSize; ++n) {
             const Coord block = origin + leafInNode(n);
             const auto at = openvdb::Index(node ? FloatNode::coordToOffset(block) : 0);
             const bool leaf = node && node->isChildMaskOn(at),
                        active = node ? node->isValueMaskOn(at) : tile;
-            if (leaf || (active && vectors && vectorsHaveNode<VectorLeaf>(part, block)))
-                result.voxels.set(n);
+            if (leaf || (active && others && othersHaveNode<1>(part, block))) result.voxels.set(n);
             else if (active) result.tiles.set(n);
         }
     }
@@ -236,6 +244,7 @@ void VolumeSource::take(const Coord& block, BlockVoxels& voxels) const
         freeLeaf(part.direction, block);
         freeLeaf(part.colour, block);
         freeLeaf(part.scatter_ratio, block);
+        freeLeaf(part.own_share, block);
     }
 }
 

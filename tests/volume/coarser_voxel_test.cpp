@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "volcomp/render/tree/coarser_voxel.h"
+#include "volcomp/volume/coarser_voxel.h"
 
 #include <cmath>
 
@@ -12,11 +12,12 @@ namespace {
 
 using Eight = std::array<double, 8>;
 
-const std::array<ScatterRatio, 8> kEven = [] {
-    std::array<ScatterRatio, 8> ratios;
-    ratios.fill(kHomogeneous);
-    return ratios;
-}();
+EightVoxels eight(const Eight& densities)
+{
+    EightVoxels voxels;
+    voxels.densities = densities;
+    return voxels;
+}
 
 Eight same(double density)
 {
@@ -27,7 +28,7 @@ Eight same(double density)
 
 double coarserDensity(const Eight& densities, double extinction)
 {
-    return coarserVoxel(densities, kEven, extinction).density;
+    return coarserVoxel(eight(densities), 0, extinction).density;
 }
 
 TEST(CoarserVoxel, KeepsTheMeanTransmittanceOfColumns)
@@ -54,29 +55,40 @@ TEST(CoarserVoxel, ScattersTheLightThatTheEightScatter)
             d = n == 0 ? 0.7 : random.uniform() < 0.5 ? 0 : 3 * random.uniform();
         depths[3] += 0.01;
         if (n == 0) depths[3] = 0.7;
-        const CoarserVoxel v = coarserVoxel(depths, kEven, 1);
+        // What is a strand's own in its voxel does not shade it; in one half of the cases there is
+        // such a share.
+        EightVoxels fine = eight(depths);
+        const double own_share = n % 2 ? 0.3 : 0;
+        if (n % 2)
+            for (double& own : fine.own_shares) own = random.uniform();
+        const CoarserVoxel v = coarserVoxel(fine, own_share, 1);
         const Eight whole = same(v.density);
         // A beam into the face across axis `eye`, upwards or downwards, and light along axis
         // `light`: midpoints of kCuts^2 columns in each voxel.
         constexpr int kCuts = 48;
-        const auto scattered = [&](const Eight& density, int eye, bool eye_up, int light,
-                                   bool light_up) {
+        // With `one`, the eight are one voxel, and its own share is of the way through all of it.
+        const auto scattered = [&](const Eight& density, const Eight& own, bool one, int eye,
+                                   bool eye_up, int light, bool light_up) {
             double sum = 0;
             for (int k = 0; k < 8; ++k)
                 for (int i = 0; i < kCuts; ++i)
                     for (int j = 0; j < kCuts; ++j) {
                         const double in_eye = (i + 0.5) / kCuts,
                                      in_light = eye == light ? in_eye : (j + 0.5) / kCuts;
-                        // To the face by which the beam enters.
-                        const auto depthTo = [&](int axis, bool up, double at) {
+                        // To the face by which the beam enters: in the voxel, and before it.
+                        const auto inside = [&](bool up, double at) {
+                            return density[k] * (up ? 1 - at : at);
+                        };
+                        const auto beside = [&](int axis, bool up) {
                             const int along = 4 >> axis;
                             const bool before = up ? !(k & along) : (k & along);
-                            return density[k] * (up ? 1 - at : at)
-                                + (before ? density[k ^ along] : 0);
+                            return before ? density[k ^ along] : 0;
                         };
-                        sum += density[k]
-                            * std::exp(-depthTo(eye, eye_up, in_eye)
-                                       - depthTo(light, light_up, in_light));
+                        sum += density[k] * std::exp(-inside(eye_up, in_eye) - beside(eye, eye_up))
+                            * (own[k] * (one ? 1 : std::exp(-beside(light, light_up)))
+                               + (1 - own[k])
+                                   * std::exp(-inside(light_up, in_light)
+                                              - beside(light, light_up)));
                     }
             return sum / (4 * kCuts * kCuts);
         };
@@ -85,8 +97,10 @@ TEST(CoarserVoxel, ScattersTheLightThatTheEightScatter)
             for (int light = 0; light < 3; ++light)
                 for (int ends = 0; ends < 4; ++ends) {
                     const int from = eye != light ? 1 : (ends & 1) == ends >> 1 ? 0 : 2;
-                    parts[from] += scattered(depths, eye, ends & 1, light, ends >> 1);
-                    even[from] += scattered(whole, eye, ends & 1, light, ends >> 1);
+                    parts[from] +=
+                        scattered(depths, fine.own_shares, false, eye, ends & 1, light, ends >> 1);
+                    even[from] +=
+                        scattered(whole, same(own_share), true, eye, ends & 1, light, ends >> 1);
                 }
         for (int from = 0; from < 3; ++from)
             EXPECT_NEAR(v.scatter_ratio[from] * even[from], parts[from], 1e-3 * even[from])
