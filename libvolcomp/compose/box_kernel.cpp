@@ -67,6 +67,10 @@ HWY_INLINE void makeSum(const BoxInTile& box, std::uint32_t voxel, VoxelSum& sum
         hn::Store(hn::Load(f, v + SourceVoxel::kColour + i) * hn::Load(f, box.colour + i), f,
                   sum.values + VoxelSum::kColour + i);
     }
+    for (int i = 0; i < 3; ++i)
+        sum.values[VoxelSum::kScatter + i] = sum.values[VoxelSum::kDensity]
+            * (box.scatter_ratios ? box.scatter_ratios[voxel].data()[i] : 1);
+    sum.values[VoxelSum::kSquares] = box.squares ? box.squares[voxel] * box.square : 0;
     if (box.tint) box.tint->apply(voxel, sum);
 }
 

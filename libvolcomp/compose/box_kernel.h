@@ -36,6 +36,9 @@ struct BoxInTile {
 
     const float* place[3]; ///< SourcePart::x, y, z
     const SourceVoxel* voxels;
+    const float* squares;               ///< SourcePart::squares; may be null
+    float square;                       ///< their factor
+    const ScatterRatio* scatter_ratios; ///< SourcePart::scatter_ratios; may be null
     std::uint32_t voxel_count;
     Level levels[kMostLevels];
     int level_count;

@@ -7,6 +7,9 @@
 #include <vector>
 
 #include "volcomp/base/vec.h"
+#include "volcomp/compose/blocked_light.h"
+#include "volcomp/compose/compose_params.h"
+#include "volcomp/volume/coarser_voxel.h"
 #include "volcomp/volume/volume.h"
 
 namespace volcomp {
@@ -56,16 +59,29 @@ struct SourcePart {
     bool has_direction = false;
     bool has_colour = false; ///< false: every voxel has `colour`
     Vec3f colour{1.0f};
+    BlockedFactors blocked;                        ///< on the density that placements add
     SourceBounds bounds{Vec3f(0.0f), Vec3f(0.0f)}; ///< of all voxels' cubes
     /// Voxel i holds what lies in [i - shift, i + 1 - shift), in voxels of the part.
     float shift = 0.5f;
     std::vector<SourceVoxel> voxels; ///< neighbours in space are close in the list
+    /// The sum over its strands of each voxel's (density of the strand)^2: own share times
+    /// density^2. Empty: 0 everywhere.
+    std::vector<float> squares;
+    /// VolumePart::scatter_ratio of each voxel. Empty: 1 everywhere.
+    std::vector<ScatterRatio> scatter_ratios;
+    double dimension = 1; ///< in which its strands go on from voxel to voxel: specks 0, leaves 2
     /// Centres of the voxels, in voxels of the part. Places far away fill the lists up to a
     /// multiple of kRun.
     std::vector<float> x, y, z;
     /// [0] has the bounds of each kRun voxels' cubes, [n] those of each kTogether bounds of [n -
     /// 1]. The last list holds at most kTogether. Empty if there are no voxels.
     std::vector<BoundsList> bounds_of;
+
+    /// How much of its own shade is left out of a strand's light: all of a fibre's, and of leaves'
+    /// the more the more voxels they cover (MODEL section 3).
+    double ownWeight() const;
+    /// The density of voxel k for light along an axis of the box, as directed extinction has it.
+    double depthAlong(std::uint32_t k, int axis) const;
 };
 
 /// Packs the active voxels of positive density. Active tiles become voxels. Throws Error if a
@@ -73,10 +89,13 @@ struct SourcePart {
 /// alone. The message names the box.
 SourcePart packPart(const VolumePart& part, const std::string& box_name);
 
-/// Returns the part with voxels of twice the edge, each at the centre of mass of what it holds.
-/// Density, directions and colours are summed, so the integral and the place of thin things are
-/// kept; the directions of up to eight voxels become one with its spread. For targets so coarse
-/// that the finer voxels of a place would all fall into one.
-SourcePart coarsen(const SourcePart& part);
+/// Returns the part with voxels of twice the edge, each at the centre of mass of what it holds, for
+/// targets so coarse that the finer voxels of a place would all fall into one. Directions and
+/// colours are summed; the directions of up to eight voxels become one with its spread.
+///
+/// Kept::integral sums the densities. Kept::blocked_light keeps the mean transmittance of the eight
+/// under directed extinction, mean over the axes, and the light that they scatter
+/// (coarser_voxel.h), at an optical depth of 1 for density 1 over length 1.
+SourcePart coarsen(const SourcePart& part, Kept keep);
 
 } // namespace volcomp

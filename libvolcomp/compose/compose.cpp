@@ -202,8 +202,8 @@ void estimatePart(const TileSources& sources, ComposeEstimate& e)
     const PackedPart part = sources.emptyPart();
     e.voxels += voxels;
     // Each block is kept twice for a while: in its tile's list and in that of the part.
-    e.bytes += voxels * double(PackedPart::voxelBytes(part.has_direction, part.has_colour))
-        + blocks * 2 * sizeof(PackedBlock) + double(sources.bytes());
+    e.bytes += voxels * double(part.voxelBytes()) + blocks * 2 * sizeof(PackedBlock)
+        + double(sources.bytes());
 }
 
 } // namespace
@@ -219,7 +219,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
 {
     check(boxes, scene.boxes.placements, params);
     checkReach(boundsOf(boxes), scene, params.voxel);
-    const BoxSources sources = packBoxes(boxes, scene, params.voxel);
+    const BoxSources sources = packBoxes(boxes, scene, params.voxel, params.keep);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
     for (std::size_t m = 0; m < sources.materials.size(); ++m)
@@ -247,7 +247,7 @@ ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene
         coarse.voxel *= 2;
         factor *= 8;
     }
-    const BoxSources sources = packBoxes(boxes, scene, coarse.voxel);
+    const BoxSources sources = packBoxes(boxes, scene, coarse.voxel, params.keep);
     ComposeEstimate e;
     for (const std::string& material : sources.materials)
         estimatePart(TileSources(sources.boxes, scene, coarse, material), e);

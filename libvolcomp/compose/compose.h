@@ -16,13 +16,16 @@ namespace volcomp {
 /// params.voxel (> 0 here).
 ///
 /// Each voxel of a box is treated as a cube aligned with the target's axes, and is distributed over
-/// the target's voxels that the cube overlaps. This keeps the integral of the density (to the
-/// rounding of floats) at any voxel size, and not the mean transmittance. A turn by 90 degrees on
-/// an aligned grid is exact. If the target is finer by more than 1.5, the box's voxels are divided
-/// first. If it is coarser by 2 or more, they are summed by eights first (coarsen()). Compose a
-/// volume that is to be seen from far away fine, and let the renderer's level of detail coarsen it.
+/// the target's voxels that the cube overlaps. If the target is finer by more than 1.5, the box's
+/// voxels are divided first. If it is coarser by 2 or more, eight become one first (coarsen()).
 ///
-/// Densities are added, colours weighted by density. Directions are added as t tᵀ
+/// With Kept::integral this keeps the integral of the density (to the rounding of floats) at any
+/// voxel size, and not the mean transmittance; a turn by 90 degrees on an aligned grid is exact.
+/// With Kept::blocked_light the densities of each part of a box are multiplied by a factor for
+/// which the light that the box blocks stays the same, mean over its axes (blocked_light.h).
+///
+/// Densities are added, colours and scatter ratios weighted by density. Own shares are kept as the
+/// sum over strands of the square of their density. Directions are added as t tᵀ
 /// (VolumePart::direction); of two equally strong ones the one placed earlier is kept. Voxels are
 /// kept if they are above params.minimum_density and params.minimum_depth. There is one part for
 /// each material that a placed box or a skin uses; without any, there is one empty part. The bytes

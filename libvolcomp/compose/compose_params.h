@@ -2,7 +2,18 @@
 // How placements become one volume.
 #pragma once
 
+#include "volcomp/base/words.h"
+
 namespace volcomp {
+
+/// What of a box stays the same where its voxels are spread over others or become coarser (MODEL
+/// section 8).
+enum class Kept {
+    blocked_light, ///< the light that it blocks, mean over directions
+    integral       ///< the integral of its density
+};
+constexpr Word<Kept> kKeptWords[] = {{"blocked_light", Kept::blocked_light},
+                                     {"integral", Kept::integral}};
 
 /// The settings of compose(), as the [compose] table of a scene gives them.
 struct ComposeParams {
@@ -16,6 +27,7 @@ struct ComposeParams {
     /// And if their optical depth, density times edge, is above this, as in baking: less is not
     /// seen, and half floats do not hold it.
     double minimum_depth = 1e-5;
+    Kept keep = Kept::blocked_light; ///< at tau = 1
     /// Leaves out boxes that the camera does not see and no shadow needs.
     bool cull = false;
 

@@ -51,7 +51,12 @@ PlacedBox::PlacedBox(const Placement& p, const SourcePart& part, double voxel)
     const double exact = step / m_divisions;
     m_width = std::max(1.0f, std::round(static_cast<float>(exact) * kSnap)) / kSnap;
     const double shrunk = exact / m_width; // makes up for the rounding of the width
-    m_density = static_cast<float>(shrunk * shrunk * shrunk / p.scale);
+    const double kept = part.blocked.at(step);
+    m_density = static_cast<float>(kept * shrunk * shrunk * shrunk / p.scale);
+    // As many cubes of a strand as 1 / shrunk in each of its dimensions lie in a voxel. Their
+    // densities are added, and so must be the squares.
+    m_square = static_cast<float>(part.ownWeight() * kept * kept
+                                  * std::pow(shrunk, 6 - part.dimension) / (p.scale * p.scale));
 }
 
 Vec3d PlacedBox::mapped(const Vec3f& p) const
@@ -118,6 +123,9 @@ BoxInTile PlacedBox::inTile(const openvdb::Coord& tile_origin, float weight) con
     t.direction = m_density * weight;
     t.place[0] = m_part.x.data(), t.place[1] = m_part.y.data(), t.place[2] = m_part.z.data();
     t.voxels = m_part.voxels.data();
+    t.squares = m_part.squares.empty() ? nullptr : m_part.squares.data();
+    t.square = m_square;
+    t.scatter_ratios = m_part.scatter_ratios.empty() ? nullptr : m_part.scatter_ratios.data();
     t.voxel_count = static_cast<std::uint32_t>(m_part.voxels.size());
     assert(m_part.bounds_of.size() <= BoxInTile::kMostLevels);
     for (const BoundsList& list : m_part.bounds_of) {

@@ -54,6 +54,7 @@ private:
     float m_width;      ///< edge of the cube that each divided voxel adds
     /// Density that a cube adds to a voxel that it covers fully, for a density of 1 in the box.
     float m_density;
+    float m_square; ///< that it adds to VoxelSum::kSquares, for a square of 1 in the box
 };
 
 /// Looks up the colour of a voxel tint at the voxels of one placed box. Both must outlive it.

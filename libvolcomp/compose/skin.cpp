@@ -99,10 +99,12 @@ void Skin::add(std::int32_t triangle, double voxel, const openvdb::Coord& origin
         const Vec3f n(s.normal), rgb = colour(s);
         sum = {};
         sum.values[VoxelSum::kDensity] = w;
+        sum.values[VoxelSum::kSquares] = w * static_cast<float>(density / area); // one sheet
         for (int i = 0; i < 3; ++i) {
             sum.values[VoxelSum::kDiagonal + i] = w * n[i] * n[i];
             sum.values[VoxelSum::kMixed + i] = w * n[i] * n[(i + 1) % 3];
             sum.values[VoxelSum::kColour + i] = w * rgb[i];
+            sum.values[VoxelSum::kScatter + i] = w;
         }
         if (++count == CubeBatch::kSize) {
             tile.add(count, 1);

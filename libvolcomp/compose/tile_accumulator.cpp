@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/tile_accumulator.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -47,7 +48,8 @@ constexpr std::array<std::int32_t, 64> kCellOfBit = [] {
 
 /// The tile's voxels above the minimum, block after block.
 struct TileAccumulator::Channels : TileChannels {
-    Half3 vectors[2][kMost]; ///< directions and colours
+    Half3 vectors[3][kMost]; ///< directions, colours and scatter ratios
+    openvdb::math::half own_share[kMost];
     std::vector<PackedBlock> blocks;
 };
 
@@ -72,23 +74,32 @@ TileAccumulator::~TileAccumulator() = default;
 
 void TileAccumulator::add(int count, float width) { addCubes(*m_batch, count, width, cells()); }
 
-void TileAccumulator::finish(const openvdb::Coord& origin, float minimum, bool direction,
-                             bool colour, VoxelStore& store, std::vector<PackedBlock>& blocks)
+void TileAccumulator::finish(const openvdb::Coord& origin, float minimum, const VoxelValues& values,
+                             VoxelStore& store, std::vector<PackedBlock>& blocks)
 {
     Channels& c = *m_channels;
     const int count = findVoxels(origin, minimum);
     if (count == 0) return;
-    gatherCells(count, cells(), c);
+    gatherCells(count, cells(), values.scatter_ratio, c);
     const auto n = static_cast<std::size_t>(count);
-    if (direction) {
+    if (values.direction) {
         findDirections(count);
         toHalf3(c.direction[0], c.direction[1], c.direction[2], c.vectors[0], n);
     }
-    if (colour) {
-        divideColours(count, c);
+    if (values.colour) {
+        divideByDensity(count, c, c.colour);
         toHalf3(c.colour[0], c.colour[1], c.colour[2], c.vectors[1], n);
     }
-    writeBlocks(count, direction, colour, store);
+    if (values.scatter_ratio) {
+        divideByDensity(count, c, c.scatter_ratio);
+        toHalf3(c.scatter_ratio[0], c.scatter_ratio[1], c.scatter_ratio[2], c.vectors[2], n);
+    }
+    if (values.own_share) {
+        for (std::size_t k = 0; k < n; ++k)
+            c.squares[k] = std::min(1.0f, c.squares[k] / (c.density[k] * c.density[k]));
+        toHalf(c.squares, c.own_share, n);
+    }
+    writeBlocks(count, values, store);
     blocks.insert(blocks.end(), c.blocks.begin(), c.blocks.end());
 }
 
@@ -152,14 +163,15 @@ void TileAccumulator::findDirections(int count)
 }
 
 /// Writes the voxels of the listed blocks to the store.
-void TileAccumulator::writeBlocks(int count, bool direction, bool colour, VoxelStore& store)
+void TileAccumulator::writeBlocks(int count, const VoxelValues& values, VoxelStore& store)
 {
     constexpr std::size_t kAlignment = alignof(std::uint64_t); // of a block's values
     const auto padded = [](std::size_t bytes) {
         return (bytes + kAlignment - 1) / kAlignment * kAlignment;
     };
     Channels& c = *m_channels;
-    const std::size_t voxel_bytes = PackedPart::voxelBytes(direction, colour);
+    const std::size_t voxel_bytes = PackedPart::voxelBytes(values.direction, values.colour,
+                                                           values.scatter_ratio, values.own_share);
     std::byte* to = store.allocate(static_cast<std::size_t>(count) * voxel_bytes
                                    + c.blocks.size() * (kAlignment - 1));
     std::size_t first = 0;
@@ -172,8 +184,10 @@ void TileAccumulator::writeBlocks(int count, bool direction, bool colour, VoxelS
             next += bytes;
         };
         put(c.density + first, n * sizeof(float));
-        if (direction) put(c.vectors[0] + first, n * sizeof(Half3));
-        if (colour) put(c.vectors[1] + first, n * sizeof(Half3));
+        if (values.direction) put(c.vectors[0] + first, n * sizeof(Half3));
+        if (values.colour) put(c.vectors[1] + first, n * sizeof(Half3));
+        if (values.scatter_ratio) put(c.vectors[2] + first, n * sizeof(Half3));
+        if (values.own_share) put(c.own_share + first, n * sizeof(openvdb::math::half));
         to += padded(n * voxel_bytes);
         first += n;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums density, directions and colour over 16^3 voxels: the working memory of compose(), one for
-// each thread.
+// Sums density, directions, colour, scatter ratios and squares of strands' densities over 16^3
+// voxels: the working memory of compose(), one for each thread.
 #pragma once
 
 #include <cstddef>
@@ -13,6 +13,11 @@
 #include "volcomp/volume/packed_volume.h"
 
 namespace volcomp {
+
+/// Which values voxels have beside their density.
+struct VoxelValues {
+    bool direction = false, colour = false, scatter_ratio = false, own_share = false;
+};
 
 /// The sums of one tile at a time; finish() makes it ready for the next.
 class TileAccumulator {
@@ -35,9 +40,9 @@ public:
     /// Whether a cube reaches into the tile along one axis.
     static bool reaches(float low, float width) { return low + width > 0 && low < kSize; }
 
-    /// Appends blocks of all voxels whose density is above `minimum` (and above 0), with directions
-    /// and colours if asked for, and clears the sums. `origin`: the tile's first voxel.
-    void finish(const openvdb::Coord& origin, float minimum, bool direction, bool colour,
+    /// Appends blocks of all voxels whose density is above `minimum` (and above 0), with the values
+    /// that are asked for, and clears the sums. `origin`: the tile's first voxel.
+    void finish(const openvdb::Coord& origin, float minimum, const VoxelValues& values,
                 VoxelStore& store, std::vector<PackedBlock>& blocks);
 
 private:
@@ -48,7 +53,7 @@ private:
     void findInBlock(const std::uint64_t (&touched)[8], int first, float minimum,
                      const openvdb::Coord& origin, int& count);
     void findDirections(int count);
-    void writeBlocks(int count, bool direction, bool colour, VoxelStore& store);
+    void writeBlocks(int count, const VoxelValues& values, VoxelStore& store);
 
     struct Free {
         void operator()(void* p) const;

@@ -24,6 +24,7 @@ using IntVec = hn::Vec<Ints>;
 constexpr int kLanes = hn::MaxLanes(Floats());
 constexpr int kAcross = TileCells::kAcross, kRow = TileChannels::kRow;
 constexpr int kBatch = CubeBatch::kSize;
+constexpr int kEntries = sizeof(VoxelSum) / sizeof(float);
 
 HWY_INLINE Vec set(float x) { return hn::Set(Floats(), x); }
 HWY_INLINE Vec load(const float* p) { return hn::Load(Floats(), p); }
@@ -77,13 +78,13 @@ HWY_INLINE void findShares(const CubeBatch& batch, int k, float width, Shares& s
 /// to += f * from
 HWY_INLINE void addScaled(VoxelSum& to, const VoxelSum& from, float f)
 {
-    for (int i = 0; i < VoxelSum::kUsed; i += kLanes)
+    for (int i = 0; i < kEntries; i += kLanes)
         store(load(to.values + i) + set(f) * load(from.values + i), to.values + i);
 }
 
 HWY_INLINE void clear(VoxelSum& cell)
 {
-    for (int i = 0; i < VoxelSum::kUsed; i += kLanes) store(set(0), cell.values + i);
+    for (int i = 0; i < kEntries; i += kLanes) store(set(0), cell.values + i);
 }
 
 /// Adds cube k, which reaches into at most two cells along each axis.
@@ -146,7 +147,7 @@ HWY_INLINE void transpose(const VoxelSum* const (&cell)[4], int from, float* con
 #endif
 }
 
-void gatherCells(int count, const TileCells& cells, TileChannels& c)
+void gatherCells(int count, const TileCells& cells, bool scatter_ratio, TileChannels& c)
 {
     const int padded = (count + 15) / 16 * 16;
     for (int k = count; k < padded; ++k) c.cell[k] = TileCells::kCount;
@@ -156,11 +157,15 @@ void gatherCells(int count, const TileCells& cells, TileChannels& c)
         for (int i = 0; i < 4; ++i) s[i] = cells.sums + c.cell[k + i];
         const VoxelSum* const from[4] = {s[0], s[1], s[2], s[3]};
         transpose(from, VoxelSum::kDiagonal,
-                  {&c.tensor[0][k], &c.tensor[1][k], &c.tensor[2][k], padding});
+                  {&c.tensor[0][k], &c.tensor[1][k], &c.tensor[2][k], &c.squares[k]});
         transpose(from, VoxelSum::kMixed,
                   {&c.tensor[3][k], &c.tensor[4][k], &c.tensor[5][k], padding});
         transpose(from, VoxelSum::kColour,
                   {&c.colour[0][k], &c.colour[1][k], &c.colour[2][k], &c.density[k]});
+        if (scatter_ratio)
+            transpose(
+                from, VoxelSum::kScatter,
+                {&c.scatter_ratio[0][k], &c.scatter_ratio[1][k], &c.scatter_ratio[2][k], padding});
         for (int i = 0; i < 4 && k + i < count; ++i) clear(*s[i]);
     }
 }
@@ -277,11 +282,11 @@ int findDirections(int count, TileChannels& c)
     return unsure;
 }
 
-void divideColours(int count, TileChannels& c)
+void divideByDensity(int count, const TileChannels& c, float (&values)[3][kRow])
 {
     for (int k = 0; k < count; k += kLanes) {
         const Vec f = set(1) / load(&c.density[k]);
-        for (int i = 0; i < 3; ++i) store(load(&c.colour[i][k]) * f, &c.colour[i][k]);
+        for (int i = 0; i < 3; ++i) store(load(&values[i][k]) * f, &values[i][k]);
     }
 }
 
@@ -296,16 +301,16 @@ namespace volcomp {
 HWY_EXPORT(addCubes);
 HWY_EXPORT(gatherCells);
 HWY_EXPORT(findDirections);
-HWY_EXPORT(divideColours);
+HWY_EXPORT(divideByDensity);
 
 void addCubes(const CubeBatch& batch, int count, float width, const TileCells& cells)
 {
     HWY_DYNAMIC_DISPATCH(addCubes)(batch, count, width, cells);
 }
 
-void gatherCells(int count, const TileCells& cells, TileChannels& c)
+void gatherCells(int count, const TileCells& cells, bool scatter_ratio, TileChannels& c)
 {
-    HWY_DYNAMIC_DISPATCH(gatherCells)(count, cells, c);
+    HWY_DYNAMIC_DISPATCH(gatherCells)(count, cells, scatter_ratio, c);
 }
 
 int findDirections(int count, TileChannels& c)
@@ -313,7 +318,10 @@ int findDirections(int count, TileChannels& c)
     return HWY_DYNAMIC_DISPATCH(findDirections)(count, c);
 }
 
-void divideColours(int count, TileChannels& c) { HWY_DYNAMIC_DISPATCH(divideColours)(count, c); }
+void divideByDensity(int count, const TileChannels& c, float (&values)[3][TileChannels::kRow])
+{
+    HWY_DYNAMIC_DISPATCH(divideByDensity)(count, c, values);
+}
 
 } // namespace volcomp
 #endif

@@ -30,9 +30,11 @@ struct TileChannels {
     std::int32_t cell[kRow]; ///< where each voxel is found
     alignas(64) float density[kRow];
     alignas(64) float tensor[6][kRow]; ///< xx, yy, zz, xy, yz, zx
+    alignas(64) float squares[kRow];   ///< VoxelSum::kSquares
     alignas(64) float colour[3][kRow]; ///< times density, until divideColours()
     alignas(64) float direction[3][kRow];
-    std::int32_t unsure[kRow]; ///< see findDirections()
+    alignas(64) float scatter_ratio[3][kRow]; ///< times density, until divideBy()
+    std::int32_t unsure[kRow];                ///< see findDirections()
 };
 
 /// Adds the cubes [low, low + width]^3 of the first `count` of a batch: to each cell the cube's sum
@@ -41,14 +43,15 @@ void addCubes(const CubeBatch& batch, int count, float width, const TileCells& c
 
 /// Moves the sums of the cells that c.cell lists into channels, and sets these cells to zero. Up to
 /// the next multiple of 16, as vectors read on, the channels are filled from the cell kCount. It
-/// must hold density 1 and a tensor that findDirections() is sure of.
-void gatherCells(int count, const TileCells& cells, TileChannels& c);
+/// must hold density 1 and a tensor that findDirections() is sure of. Without `scatter_ratio` that
+/// channel is left out.
+void gatherCells(int count, const TileCells& cells, bool scatter_ratio, TileChannels& c);
 
 /// Finds the directions (VolumePart::direction) of the tensors. Lists in c.unsure the voxels whose
 /// two largest eigenvalues are too close for single precision, and returns how many these are.
 int findDirections(int count, TileChannels& c);
 
-/// Divides colours by densities.
-void divideColours(int count, TileChannels& c);
+/// Divides three channels by the densities.
+void divideByDensity(int count, const TileChannels& c, float (&values)[3][TileChannels::kRow]);
 
 } // namespace volcomp

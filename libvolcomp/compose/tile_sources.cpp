@@ -64,13 +64,32 @@ openvdb::Coord tileOrigin(std::uint64_t key)
     return origin;
 }
 
+/// Sets the factors of all levels, for placements for which an edge of 1 in the box is `smallest`
+/// to `largest` voxels of the target.
+void setBlocked(Pyramid& levels, double smallest, double largest)
+{
+    for (std::size_t n = 0; n < levels.size(); ++n) {
+        // levelFor(): a level stands for steps of more than 1/2 up to 1, the first also for all
+        // above, and the last for all below.
+        const double edge = levels[n].voxel,
+                     least = std::max(edge * smallest, n + 1 < levels.size() ? 0.5 : 0.0),
+                     most = n > 0 ? std::min(edge * largest, 1.0) : edge * largest;
+        if (least <= most) levels[n].blocked = BlockedFactors(levels[0], levels[n], least, most);
+    }
+}
+
 } // namespace
 
-BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel)
+BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
+                     Kept keep)
 {
-    std::vector<float> smallest(boxes.size(), 0); // scale of the box's placements; 0: none
-    for (const Placement& p : scene.boxes.placements)
+    // Scales of the box's placements; 0: none.
+    std::vector<float> smallest(boxes.size(), 0), largest(boxes.size(), 0);
+    for (const Placement& p : scene.boxes.placements) {
         if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
+        largest[p.box] = std::max(largest[p.box], p.scale);
+    }
+    const bool keep_blocked = keep == Kept::blocked_light;
     BoxSources packed;
     packed.boxes.resize(boxes.size());
     const auto addMaterial = [&](const std::string& m) {
@@ -85,7 +104,8 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, do
                 Pyramid& levels = packed.boxes[b].back();
                 for (int n = levelFor(levels[0].voxel * smallest[b] / voxel);
                      n > 0 && levels.back().voxels.size() > 1; --n)
-                    levels.push_back(coarsen(levels.back()));
+                    levels.push_back(coarsen(levels.back(), keep));
+                if (keep_blocked) setBlocked(levels, smallest[b] / voxel, largest[b] / voxel);
                 addMaterial(part.material);
             }
     for (const Skin& skin : skinsOf(scene)) addMaterial(skin.material());
@@ -109,6 +129,8 @@ PackedPart TileSources::emptyPart() const
     part.kind = m_kind;
     part.has_direction = m_direction;
     part.has_colour = m_colour;
+    part.has_scatter_ratio = m_scatter_ratio;
+    part.has_own_share = m_own_share;
     if (!m_colour) part.uniform_colour = m_uniform;
     return part;
 }
@@ -142,7 +164,8 @@ void TileSources::compose(std::size_t tile, TileAccumulator& sums, VoxelStore& s
     }
     const double minimum =
         std::max(m_params.minimum_density, m_params.minimum_depth / m_params.voxel);
-    sums.finish(origin, static_cast<float>(minimum), m_direction, m_colour, store, blocks);
+    sums.finish(origin, static_cast<float>(minimum),
+                {m_direction, m_colour, m_scatter_ratio, m_own_share}, store, blocks);
 }
 
 /// The part of this material at the level that the placement needs; null if the box has none.
@@ -194,7 +217,7 @@ void TileSources::findKind()
         }
 }
 
-/// Finds whether voxels need directions and colours, and if not, the one colour.
+/// Finds whether voxels need directions, own shares and colours, and if not, the one colour.
 void TileSources::findColours()
 {
     std::optional<Vec3f> shared;
@@ -205,6 +228,8 @@ void TileSources::findColours()
     for (const Placement& p : m_placements)
         if (const SourcePart* part = partOf(p)) {
             m_direction = m_direction || part->has_direction;
+            m_own_share = m_own_share || !part->squares.empty();
+            m_scatter_ratio = m_scatter_ratio || !part->scatter_ratios.empty();
             if (part->has_colour || hasVoxelTint(p)) m_colour = true;
             else
                 noteColour(Vec3f(part->colour[0] * p.tint[0], part->colour[1] * p.tint[1],
@@ -212,7 +237,7 @@ void TileSources::findColours()
         }
     for (const Skin& skin : m_skins)
         if (skin.material() == m_material) {
-            m_direction = true;
+            m_direction = m_own_share = true;
             if (skin.hasColour()) m_colour = true;
             else noteColour(skin.colour({}));
         }

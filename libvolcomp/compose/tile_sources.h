@@ -27,7 +27,8 @@ struct BoxSources {
 };
 
 /// Packs the boxes that are placed. `voxel` is the target's edge. Throws the Errors of packPart().
-BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel);
+BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
+                     Kept keep);
 
 /// What adds to each tile of a composite. The arguments of the constructor must outlive it.
 class TileSources {
@@ -85,7 +86,7 @@ private:
     const ComposeParams& m_params;
     std::string m_material;
     MaterialKind m_kind = MaterialKind::fibre;
-    bool m_direction = false, m_colour = false;
+    bool m_direction = false, m_colour = false, m_scatter_ratio = false, m_own_share = false;
     Vec3f m_uniform{1.0f}; ///< the colour if all sources have the same
     std::vector<Entry> m_entries;
     std::vector<std::size_t> m_first; ///< entry of each tile, and the end

@@ -8,10 +8,11 @@ namespace volcomp {
 /// by their first index; those that no name covers are zero.
 struct alignas(64) VoxelSum {
     static constexpr int kDiagonal = 0; ///< xx, yy, zz of the sum of w t tᵀ; trace: about density
+    static constexpr int kSquares = 3;  ///< sum over strands of (density of the strand)^2
     static constexpr int kMixed = 4;    ///< xy, yz, zx of that sum
     static constexpr int kColour = 8;   ///< red, green, blue, each times density
     static constexpr int kDensity = 11;
-    static constexpr int kUsed = 12; ///< entries from here on are padding
+    static constexpr int kScatter = 12; ///< VolumePart::scatter_ratio, each times density
 
     float values[16];
 

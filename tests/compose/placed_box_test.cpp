@@ -90,7 +90,7 @@ TEST(PlacedBox, AStrandCastsTheShadeOfItsCubesAlongIt)
 }
 
 /// The mean shade of the box after it has been turned about an axis, shifted and composed.
-double composedShade(const Box& box, int axis, double ratio)
+double composedShade(const Box& box, int axis, double ratio, Kept keep = Kept::integral)
 {
     constexpr int kTurns = 8;
     double sum = 0;
@@ -101,7 +101,9 @@ double composedShade(const Box& box, int axis, double ratio)
         const double angle = random.uniform(0, 2 * kPi);
         const Placement p =
             turned(along, angle, Vec3d(random.uniform(), random.uniform(), random.uniform()));
-        sum += shadeOf(composed({box}, {p}, voxel(kVoxel * ratio)), axis);
+        ComposeParams params = voxel(kVoxel * ratio);
+        params.keep = keep;
+        sum += shadeOf(composed({box}, {p}, params), axis);
     }
     return sum / kTurns;
 }
@@ -238,6 +240,64 @@ TEST(PlacedBox, PartsThatATileNeedNotVisitAreLeftOut)
         // of floats around them, and a tile at a voxel's corner sees eight voxels.
         EXPECT_LE(parts, std::pow(divisions > 1000 ? 100 : 70, 3)) << key;
     }
+}
+
+TEST(PlacedBox, ComposingKeepsTheBlockedLight)
+{
+    // The mean over the axes of the shade stays what it is in the box; with the integral kept it
+    // grows by up to 3.4 times.
+    for (const double depth : {0.3, 4.6}) {
+        const Box box = tuft(depth);
+        for (const double ratio : {0.6, 1.0, 1.7, 3.0, 4.5}) {
+            double own = 0, kept = 0, spread = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                own += shadeOf(box.volume, axis);
+                kept += composedShade(box, axis, ratio, Kept::blocked_light);
+                spread += composedShade(box, axis, ratio);
+            }
+            EXPECT_NEAR(kept / own, 1, 0.05) << depth << " " << ratio << ", " << spread / own;
+            EXPECT_GT(spread / own, ratio < 1 ? 1.02 : 1.05) << depth << " " << ratio;
+        }
+    }
+}
+
+TEST(PlacedBox, AStrandIsAloneInItsVoxelsWhateverTheirSize)
+{
+    // Own shares: 1 for a strand by itself, 1 / 2 where two meet that are equal. If these are
+    // spread over voxels beside each other, they count for fewer.
+    Box box{"strand", 0, {}};
+    VolumePart& part = box.volume.parts.emplace_back(emptyPart(kVoxel));
+    part.own_share = openvdb::FloatGrid::create(0.0f);
+    part.own_share->setTransform(part.density->transform().copy());
+    part.direction = openvdb::Vec3SGrid::create(Vec3f(0.0f));
+    part.direction->setTransform(part.density->transform().copy());
+    for (int y = 0; y < 32; ++y) {
+        part.density->tree().setValue(Coord(0, y, 0), 50);
+        part.own_share->tree().setValue(Coord(0, y, 0), 1);
+        part.direction->tree().setValue(Coord(0, y, 0), Vec3f(0, 1, 0));
+    }
+    for (const Kept keep : {Kept::integral, Kept::blocked_light})
+        for (const double ratio : {0.5, 1.0, 1.7, 2.0, 4.0}) {
+            ComposeParams params = voxel(kVoxel * ratio);
+            params.keep = keep;
+            const Placement p = turned(
+                {1, 0, 0}, 0, Vec3d(0.5 * (ratio - 1) * kVoxel, 0, 0.5 * (ratio - 1) * kVoxel));
+            for (const int strands : {1, 2}) {
+                const Volume v =
+                    composed({box}, std::vector<Placement>(std::size_t(strands), p), params);
+                for (auto it = v.parts[0].own_share->cbeginValueOn(); it; ++it) {
+                    // The ends are cut.
+                    const double y = it.getCoord()[1] * ratio;
+                    if (y > 2 * ratio && y < 32 - 3 * ratio) {
+                        EXPECT_LE(*it, 1) << ratio << " " << it.getCoord();
+                        EXPECT_GE(*it, 0.98 / strands) << ratio << " " << it.getCoord();
+                        if (ratio <= 1) {
+                            EXPECT_NEAR(*it, 1.0 / strands, 0.02) << ratio;
+                        }
+                    }
+                }
+            }
+        }
 }
 
 TEST(PlacedBox, DividedVoxelsKeepTheIntegral)

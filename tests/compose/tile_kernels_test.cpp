@@ -16,6 +16,8 @@
 namespace volcomp {
 namespace {
 
+constexpr int kEntries = sizeof(VoxelSum) / sizeof(float);
+
 constexpr int kAcross = TileCells::kAcross, kMargin = TileCells::kMargin;
 
 /// Memory for the cells of a tile.
@@ -33,7 +35,7 @@ CubeBatch randomCubes(int seed, float width)
     for (int k = 0; k < CubeBatch::kSize; ++k) {
         Random r(hashKey(seed, k));
         for (int i = 0; i < 3; ++i) batch.low[i][k] = float(r.uniform(-0.99 * width, 15.99));
-        for (int c = 0; c < VoxelSum::kUsed; ++c)
+        for (int c = 0; c < kEntries; ++c)
             if (c != 3 && c != 7) batch.sum[k].values[c] = float(r.uniform());
     }
     return batch;
@@ -44,7 +46,7 @@ TEST(TileKernels, EachCellGetsItsPartOfEachCube)
     // The overlaps in double; a float's rounding of a coordinate up to 18 is 1e-6.
     for (const float width : {0.25f, 1.0f, 1.4f, 2.0f}) {
         const CubeBatch batch = randomCubes(1, width);
-        std::vector<double> expected(TileCells::kCount * VoxelSum::kUsed);
+        std::vector<double> expected(TileCells::kCount * kEntries);
         for (int k = 0; k < CubeBatch::kSize; ++k)
             for (int cell = 0; cell < TileCells::kCount; ++cell) {
                 const int at[3] = {cell / (kAcross * kAcross), cell / kAcross % kAcross,
@@ -54,15 +56,15 @@ TEST(TileKernels, EachCellGetsItsPartOfEachCube)
                     const double low = batch.low[i][k], first = at[i] - kMargin;
                     part *= std::max(0.0, std::min(low + width, first + 1) - std::max(low, first));
                 }
-                for (int c = 0; c < VoxelSum::kUsed; ++c)
-                    expected[cell * VoxelSum::kUsed + c] += part * batch.sum[k].values[c];
+                for (int c = 0; c < kEntries; ++c)
+                    expected[cell * kEntries + c] += part * batch.sum[k].values[c];
             }
         onEachTarget([&] {
             Tile tile;
             addCubes(batch, CubeBatch::kSize, width, tile.cells());
             for (int cell = 0; cell < TileCells::kCount; ++cell)
-                for (int c = 0; c < VoxelSum::kUsed; ++c) {
-                    const double e = expected[cell * VoxelSum::kUsed + c];
+                for (int c = 0; c < kEntries; ++c) {
+                    const double e = expected[cell * kEntries + c];
                     ASSERT_NEAR(tile.sums[cell].values[c], e, 1e-5) << cell << " " << c;
                     if (c == VoxelSum::kDensity && e > 1e-5) {
                         ASSERT_TRUE(tile.touched[cell / kAcross] >> cell % kAcross & 1) << cell;
@@ -91,19 +93,21 @@ TEST(TileKernels, GatheringMovesTheListedCells)
     onEachTarget([&] {
         Tile tile;
         for (int cell = 0; cell <= TileCells::kCount; ++cell)
-            for (int c = 0; c < VoxelSum::kUsed; ++c)
-                if (c != 3 && c != 7) tile.sums[cell].values[c] = float(cell * 16 + c);
+            for (int c = 0; c < kEntries; ++c)
+                if (c != 7 && c != 15) tile.sums[cell].values[c] = float(cell * 16 + c);
         const auto channels = std::make_unique<TileChannels>();
         const int count = 37;
         for (int k = 0; k < count; ++k) channels->cell[k] = 101 * k + 5;
-        gatherCells(count, tile.cells(), *channels);
+        gatherCells(count, tile.cells(), true, *channels);
         for (int k = 0; k < 48; ++k) {
             const int cell = k < count ? 101 * k + 5 : TileCells::kCount;
             for (int i = 0; i < 3; ++i) {
                 EXPECT_EQ(channels->tensor[i][k], float(cell * 16 + i));
                 EXPECT_EQ(channels->tensor[3 + i][k], float(cell * 16 + 4 + i));
                 EXPECT_EQ(channels->colour[i][k], float(cell * 16 + 8 + i));
+                EXPECT_EQ(channels->scatter_ratio[i][k], float(cell * 16 + 12 + i));
             }
+            EXPECT_EQ(channels->squares[k], float(cell * 16 + 3));
             EXPECT_EQ(channels->density[k], float(cell * 16 + 11));
         }
         for (int k = 0; k < count; ++k)
@@ -188,9 +192,10 @@ TEST(TileKernels, TheBytesAreTheSameWithEveryInstructionSet)
             if (tile.sums[cell].density() > 0) c->cell[count++] = cell;
         tile.sums[TileCells::kCount].values[VoxelSum::kDiagonal] = 1;
         tile.sums[TileCells::kCount].values[VoxelSum::kDensity] = 1;
-        gatherCells(count, tile.cells(), *c);
+        gatherCells(count, tile.cells(), true, *c);
         findDirections(count, *c);
-        divideColours(count, *c);
+        divideByDensity(count, *c, c->colour);
+        divideByDensity(count, *c, c->scatter_ratio);
         std::vector<char> bytes(reinterpret_cast<const char*>(tile.touched.data()),
                                 reinterpret_cast<const char*>(tile.touched.data())
                                     + tile.touched.size() * sizeof(std::int32_t));
@@ -199,6 +204,8 @@ TEST(TileKernels, TheBytesAreTheSameWithEveryInstructionSet)
             bytes.insert(bytes.end(), from, from + std::size_t(count) * sizeof(float));
         };
         put(c->density);
+        put(c->squares);
+        for (const auto& row : c->scatter_ratio) put(row);
         for (const auto& row : c->tensor) put(row);
         for (const auto& row : c->colour) put(row);
         for (const auto& row : c->direction) put(row);

@@ -96,6 +96,7 @@ inline Volume composed(const std::vector<Box>& boxes, const std::vector<Placemen
 inline ComposeParams voxel(double size)
 {
     ComposeParams p;
+    p.keep = Kept::integral; // what most tests sum up
     p.voxel = size;
     p.minimum_depth = 0; // so that sums are exact
     return p;
