@@ -11,6 +11,8 @@ enum class Integration { exact, riemann };
 enum class Filter { box, trilinear };
 enum class Extinction { isotropic, directed };
 enum class Shadows { exact, sweep, none };
+/// Whether a strand's or leaf's own particles shade it, where baking knows them (MODEL section 3).
+enum class OwnShade { left_out, counted };
 /// How a voxel without direction is shaded (MODEL section 4).
 enum class Undirected { isotropic, gradient };
 enum class PixelFilter { box, gaussian, blackman_harris };
@@ -22,6 +24,8 @@ constexpr Word<Extinction> kExtinctionWords[] = {{"isotropic", Extinction::isotr
                                                  {"directed", Extinction::directed}};
 constexpr Word<Shadows> kShadowsWords[] = {
     {"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}};
+constexpr Word<OwnShade> kOwnShadeWords[] = {{"left_out", OwnShade::left_out},
+                                             {"counted", OwnShade::counted}};
 constexpr Word<Undirected> kUndirectedWords[] = {{"isotropic", Undirected::isotropic},
                                                  {"gradient", Undirected::gradient}};
 constexpr Word<PixelFilter> kPixelFilterWords[] = {
@@ -48,6 +52,7 @@ struct RenderParams {
     Filter filter = Filter::box;
     Extinction extinction = Extinction::directed;
     Shadows shadows = Shadows::exact;
+    OwnShade own_shade = OwnShade::left_out;
     /// Rays end where less than this fraction of light passes; 0 means never. No radiance is off by
     /// more than the cutoff times the brightest that a voxel shows.
     double cutoff = 0.001;

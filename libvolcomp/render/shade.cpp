@@ -16,6 +16,14 @@ double acosClamped(double x) { return std::acos(std::min(1.0, std::max(-1.0, x))
 
 double distribution(const Lobe& lobe, double phi) { return std::exp(-lobe.falloff * phi * phi); }
 
+// What surfaces with normals that lie evenly show of diffuse light, as a matt sphere does, for the
+// cosine of the angle between eye and light.
+double evenDiffuse(double cosine)
+{
+    const double angle = acosClamped(cosine);
+    return 2 / (3 * kPi) * (std::sin(angle) + (kPi - angle) * cosine);
+}
+
 // For a normal on the side of V.
 Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
 {
@@ -56,7 +64,14 @@ double fresnel(double c, double n)
 
 Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L)
 {
-    return reflect(lobe, N.dot(V) < 0 ? -N : N, V, L);
+    if (N.dot(V) < 0) N = -N;
+    Reflection result = reflect(lobe, N, V, L);
+    const double s2 = lobe.spread_square;
+    if (s2 == 0) return result;
+    const double even = 3 * s2 / (1 + 2 * s2), seen = (1 - even) * N.dot(V), seen_even = 0.5 * even;
+    result.diffuse = lobe.alpha
+        * (seen * std::max(0.0, N.dot(L)) + seen_even * evenDiffuse(V.dot(L))) / (seen + seen_even);
+    return result;
 }
 
 Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)

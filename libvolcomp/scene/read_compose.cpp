@@ -12,6 +12,10 @@ ComposeParams readCompose(TableReader& r)
         {"voxel_pixels", "pixels",
          "edge of a voxel if 'voxel' is 0, at the nearest point of a surface that the camera sees"},
         c.voxel_pixels, {0.01, 1000});
+    c.keep = r.choice<Kept>(
+        {"keep", "",
+         "what of a box stays the same where its voxels are spread or made coarser: the light that it blocks, or the integral of its density"},
+        c.keep, kKeptWords);
     c.minimum_density = r.number({"minimum_density", "1/m", "voxels below it are not kept"},
                                  c.minimum_density, kNotNegative);
     c.cull = r.flag({"cull", "", "leave out boxes that neither the camera sees nor a shadow needs"},

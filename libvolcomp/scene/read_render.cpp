@@ -29,6 +29,10 @@ RenderParams readRender(TableReader& r)
         {"shadows", "",
          "light on its way to a voxel: rays for each shaded voxel and light; swept once through the volume (a pixel of fur is 2 % off, eleven times faster); or not weakened at all"},
         p.shadows, kShadowsWords);
+    p.own_shade = r.choice<OwnShade>(
+        {"own_shade", "",
+         "left_out: a strand or leaf does not shade itself, as far as its box knows which particles are its own; counted: all particles shade"},
+        p.own_shade, kOwnShadeWords);
     p.cutoff = r.number(
         {"cutoff", "",
          "a ray ends as soon as less than this fraction of light passes; bounds the error relative to the brightest voxel"},

@@ -13,8 +13,8 @@ namespace {
 
 // A stage whose results change for the same scene counts its version up, so that older files are
 // made anew.
-constexpr const char* kBakeVersion = "2";
-constexpr const char* kComposeVersion = "3";
+constexpr const char* kBakeVersion = "3";
+constexpr const char* kComposeVersion = "4";
 
 void addMapFiles(Recipe& recipe, const std::string& name, const std::vector<MapFactor>& maps)
 {

@@ -148,6 +148,30 @@ TEST(Shade, TheDiffuseLightOfABundleIsThatOfItsMeanSquareSine)
 
 // MODEL section 8: the highlight of a bundle of fibres whose tilt has the variance s^2 is the mean
 // of the fibres' highlights.
+TEST(Surface, NormalsThatLieEvenlyShowWhatAMattSphereShows)
+{
+    // A sphere of unit radius, summed over the disc that the eye sees.
+    Material m;
+    m.kind = MaterialKind::surface;
+    m.alpha = 1;
+    m.beta = 0;
+    const Lobe lobe = makeLobe(m, 1);
+    const Vec3d V(0, 0, 1);
+    for (const double angle : {0.0, 0.5, 1.0, kPi / 2, 2.0, 2.8, kPi}) {
+        const Vec3d L(std::sin(angle), 0, std::cos(angle));
+        double sum = 0;
+        constexpr int kSteps = 400;
+        for (int i = 0; i < kSteps; ++i)
+            for (int j = 0; j < kSteps; ++j) {
+                const double r = std::sqrt((i + 0.5) / kSteps), phi = 2 * kPi * (j + 0.5) / kSteps;
+                const Vec3d n(r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - r * r));
+                sum += std::max(0.0, n.dot(L)) / (kSteps * kSteps);
+            }
+        for (const Vec3d& N : {Vec3d(0, 0, 1), Vec3d(1, 0, 0), Vec3d(0.6, 0, 0.8)})
+            EXPECT_NEAR(reflectSurface(lobe, N, V, L).diffuse, sum, 2e-4) << angle;
+    }
+}
+
 TEST(Shade, SpreadWidensTheHighlightAsTheMeanOverTheBundle)
 {
     Material m;

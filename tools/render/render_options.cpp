@@ -58,6 +58,8 @@ RenderOptions::RenderOptions(CLI::App& app)
     addChoice(app, "--extinction", m_extinction,
               "Whether fibres seen end on and leaves seen from the edge cover less" + scenes,
               kExtinctionWords);
+    addChoice(app, "--own-shade", m_own_shade, "Whether a strand's own particles shade it" + scenes,
+              kOwnShadeWords);
     app.add_option(
            "--cutoff", m_cutoff,
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
@@ -98,6 +100,7 @@ void RenderOptions::apply(RenderParams& params) const
     params.step = m_step.value_or(params.step);
     params.filter = m_filter.value_or(params.filter);
     params.extinction = m_extinction.value_or(params.extinction);
+    params.own_shade = m_own_shade.value_or(params.own_shade);
     params.cutoff = m_cutoff.value_or(params.cutoff);
     params.lod = m_lod.value_or(params.lod);
     if (!m_background) params.background = Vec3d(0.0);

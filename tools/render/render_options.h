@@ -37,6 +37,7 @@ private:
     std::optional<Integration> m_integration;
     std::optional<Filter> m_filter;
     std::optional<Extinction> m_extinction;
+    std::optional<OwnShade> m_own_shade;
     std::optional<double> m_pixel_radius, m_step, m_cutoff;
     std::optional<bool> m_lod;
     bool m_background = true;

@@ -20,6 +20,7 @@ nlohmann::json settingsOf(const RenderParams& p)
             {"filter", wordOf(kFilterWords, p.filter)},
             {"extinction", wordOf(kExtinctionWords, p.extinction)},
             {"shadows", wordOf(kShadowsWords, p.shadows)},
+            {"own_shade", wordOf(kOwnShadeWords, p.own_shade)},
             {"undirected", wordOf(kUndirectedWords, p.undirected)},
             {"aovs", p.aovs},
             {"background", colour(p.background)},

@@ -131,6 +131,17 @@ double depthToLight(const MarchScene& scene, std::size_t light, const int* cell,
                      d_world);
 }
 
+double depthFromStart(const MarchScene& scene, std::size_t light, double start, const int* cell,
+                      const Vec3d& p, RayCounts& counts)
+{
+    if (start == 0) return depthToLight(scene, light, cell, p, counts);
+    const WayToLight to = wayToLight(scene.grid_lights[light], p);
+    if (!(to.length > start)) return 0;
+    const Vec3d moved = p + start * to.direction;
+    const int there[3] = {floorToInt(moved[0]), floorToInt(moved[1]), floorToInt(moved[2])};
+    return depthToLight(scene, light, there, moved, counts);
+}
+
 double segmentLight(double a, double x)
 {
     if (std::abs(x) < 1e-5) return std::exp(-a) * (1 - 0.5 * x);

@@ -111,6 +111,11 @@ WayToLight wayToLight(const Light& light, const Vec3d& p);
 double depthToLight(const MarchScene& scene, std::size_t light, const int* cell, const Vec3d& p,
                     RayCounts& counts);
 
+/// The same from a place `start` voxels nearer to the light (Shading::light_start), 0 if that is
+/// behind it. Without a start, `cell` counts.
+double depthFromStart(const MarchScene& scene, std::size_t light, double start, const int* cell,
+                      const Vec3d& p, RayCounts& counts);
+
 /// (1 - e^-x) / x e^-a without overflow, 1 at a = x = 0: the light of a segment of optical depth
 /// delta, over delta, if the optical depth to the light goes linearly from a to a + x - delta.
 double segmentLight(double a, double x);

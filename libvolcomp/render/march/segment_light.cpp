@@ -43,8 +43,9 @@ double slope(const Known& from, const Known& to)
 class SegmentSum {
 public:
     SegmentSum(const MarchScene& scene, std::size_t light, const RaySegment& segment,
-               double opacity, RayCounts& counts)
-        : m_scene(scene), m_light(light), m_segment(segment), m_opacity(opacity), m_counts(counts)
+               double opacity, double start, RayCounts& counts)
+        : m_scene(scene), m_light(light), m_segment(segment), m_opacity(opacity), m_start(start),
+          m_counts(counts)
     {
     }
 
@@ -93,7 +94,7 @@ private:
                 cell[a] = m_segment.cell[a];
                 p[a] = std::min(std::max(p[a], cell[a] + kInside), cell[a] + (1 - kInside));
             }
-        return depthToLight(m_scene, m_light, cell, p, m_counts);
+        return depthFromStart(m_scene, m_light, m_start, cell, p, m_counts);
     }
     double limit(double fraction, double shown) const
     {
@@ -124,8 +125,10 @@ private:
     int findCuts(double* cuts) const
     {
         if (m_scene.dual || m_scene.sweep) return 0; // no jumps; not known so exactly
-        const Vec3d middle = pointAt(m_segment, 0.5), along = m_segment.p_end - m_segment.p_begin;
+        Vec3d middle = pointAt(m_segment, 0.5);
+        const Vec3d along = m_segment.p_end - m_segment.p_begin;
         const WayToLight way = wayToLight(m_scene.grid_lights[m_light], middle);
+        middle += m_start * way.direction; // columns do not change with it
         const openvdb::CoordBBox& box = m_scene.tree.bounds();
         double length = way.length;
         for (int a = 0; a < 3; ++a)
@@ -187,7 +190,7 @@ private:
     const MarchScene& m_scene;
     const std::size_t m_light;
     const RaySegment& m_segment;
-    const double m_opacity;
+    const double m_opacity, m_start; ///< Shading::light_start
     RayCounts& m_counts;
     double m_scale = 1, m_shown = 0;
     Tolerance m_tolerance{};
@@ -198,15 +201,18 @@ private:
 // of the pixel that shows the segment, `p` a place in it.
 std::optional<double> approximateTransmittance(const MarchScene& scene, std::size_t light,
                                                const RaySegment& segment, const Vec3d& p,
-                                               double weight, LightOnRay& state)
+                                               double start, double weight, LightOnRay& state)
 {
     constexpr double kTrace = 0.001; // a segment of less weight takes the light of another
     constexpr double kReuse = 2;     // that is not farther away than this, voxels
     if (weight >= kTrace || !state.approximate
         || std::abs(segment.t - state.approximate->t) > kReuse) {
         const WayToLight way = wayToLight(scene.grid_lights[light], p);
-        const auto found = scene.sweep->approximateTransmittance(light, segment.cell, p,
-                                                                 way.direction, way.length);
+        if (!(way.length > start)) return 1;
+        const Vec3d from = p + start * way.direction;
+        const int there[3] = {floorToInt(from[0]), floorToInt(from[1]), floorToInt(from[2])};
+        const auto found = scene.sweep->approximateTransmittance(
+            light, start == 0 ? segment.cell : there, from, way.direction, way.length - start);
         if (!found) return {};
         state.approximate = {segment.t, found->value, found->fine};
     }
@@ -221,15 +227,17 @@ double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& 
                       double opacity, const RaySample& sample, RayScratch& scratch)
 {
     if (scene.params.shadows == Shadows::none) return opacity;
+    const double start = scratch.shading.light_start[l];
     if (scene.params.integration == Integration::riemann)
         return segment.delta
-            * std::exp(-depthToLight(scene, l, segment.cell, segment.p_begin, scratch.counts));
+            * std::exp(
+                   -depthFromStart(scene, l, start, segment.cell, segment.p_begin, scratch.counts));
     const Vec3d& from_light = scratch.shading.from_light[l];
     const double weight = sample.transmittance * opacity;
-    SegmentSum sum(scene, l, segment, opacity, scratch.counts);
+    SegmentSum sum(scene, l, segment, opacity, start, scratch.counts);
     if (scene.sweep)
         if (const auto passes = approximateTransmittance(scene, l, segment, pointAt(segment, 0.5),
-                                                         weight, scratch.lights[l]))
+                                                         start, weight, scratch.lights[l]))
             return opacity * *passes;
     const double total = from_light[0] + from_light[1] + from_light[2],
                  shown = (sample.radiance[0] + sample.radiance[1] + sample.radiance[2]) / total;

@@ -21,8 +21,9 @@
 namespace volcomp {
 
 /// The light of light `l` that reaches the segment and is sent to its begin, over what
-/// Shading::from_light has of it. `opacity` is what the segment takes of the light that passes
-/// along the ray; `sample` has what lies before it. Counts its rays in `scratch`.
+/// Shading::from_light has of it. D is measured from places that are Shading::light_start nearer to
+/// the light, so that strands do not shade themselves. `opacity` is what the segment takes of the
+/// light that passes along the ray; `sample` has what lies before it. Counts its rays in `scratch`.
 double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
                       double opacity, const RaySample& sample, RayScratch& scratch);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/march/shading.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace volcomp {
@@ -24,7 +25,25 @@ struct ShadedPart {
     const Lobe& lobe;
     Vec3d normal; ///< of the density's gradient, if that is wanted and known; else zero
     double share; ///< of what the ray sees in the segment
+    double own;   ///< share of the voxel's density that is the same strand
 };
+
+// How far towards the light a strand's own particles reach, voxels: the thickness of what a strand
+// or a leaf fills, across it, over the light's slant. Both numbers were measured over the furs and
+// plants of benchmarks/truth.
+double lightStart(const ShadedPart& part, const Vec3d& L)
+{
+    if (part.own == 0) return 0;
+    const bool fibre = part.material.kind == MaterialKind::fibre;
+    const double thickness = fibre ? 0.45 : 1.6, most = 2 * thickness;
+    double across = 0.25; // mean square sine (fibre) or cosine (surface) of the light
+    if (part.content.directed) {
+        const double cosine = part.content.direction.dot(L), s2 = part.lobe.spread_square;
+        across = (cosine * cosine * (1 - s2) + s2) / (1 + 2 * s2);
+        if (fibre) across = 1 - across;
+    }
+    return part.own * std::min(most, thickness / std::sqrt(std::max(across, 1e-6)));
+}
 
 Reflection reflection(const ShadedPart& part, const Vec3d& V, const Vec3d& L)
 {
@@ -54,6 +73,8 @@ void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart&
             in.weight /= scene.tree.voxelSize() * scene.tree.voxelSize();
         if (!(in.weight > 0)) continue;
         const Vec3d L = scene.tree.directionToWorld(in.L);
+        if (scene.params.own_shade == OwnShade::left_out)
+            shading.light_start[l] += part.share * lightStart(part, L);
         if (scene.params.shadows != Shadows::none)
             in.weight *= scene.tree.scatterRatio(seen.leaf, seen.voxel, V, L);
         const Reflection f = reflection(part, V, L);
@@ -69,6 +90,7 @@ void Shading::start(std::size_t lights)
 {
     ambient = albedo = normal = Vec3d(0.0);
     from_light.assign(lights, Vec3d(0.0));
+    light_start.assign(lights, 0.0);
     voxels.clear();
 }
 
@@ -86,10 +108,13 @@ void shadeVoxel(const MarchScene& scene, const SeenVoxel& seen, const Vec3d& p, 
     if (!(total > 0)) return;
     const bool gradient = scene.params.undirected == Undirected::gradient;
     tree.contents(seen.leaf, seen.voxel, [&](const VoxelContent& content) {
-        const ShadedPart part{
-            content, scene.materials[content.part], scene.lobe(content.part, content.spread_code),
-            gradient && !content.directed ? gradientNormal(tree, seen.cell) : Vec3d(0.0),
-            seen.share * content.density * factor(content) / total};
+        const ShadedPart part{content,
+                              scene.materials[content.part],
+                              scene.lobe(content.part, content.spread_code),
+                              gradient && !content.directed ? gradientNormal(tree, seen.cell)
+                                                            : Vec3d(0.0),
+                              seen.share * content.density * factor(content) / total,
+                              content.own_share * content.density * factor(content) / total};
         shadePart(scene, seen, part, p, V, shading);
     });
 }

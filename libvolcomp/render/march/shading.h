@@ -21,6 +21,9 @@ struct SeenVoxel {
 struct Shading {
     Vec3d ambient{0.0};            ///< of the light from all around
     std::vector<Vec3d> from_light; ///< by light: of its strength, falloff and the reflection
+    /// By light: how far towards it its light is measured, voxels, so that a strand does not shade
+    /// itself (MODEL section 3).
+    std::vector<double> light_start;
     // With RenderParams::aovs:
     Vec3d albedo{0.0}; ///< alpha c_b
     Vec3d normal{0.0}; ///< mean direction, turned to the eye; not unit length

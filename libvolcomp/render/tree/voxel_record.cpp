@@ -18,7 +18,8 @@ std::uint64_t packDirection(Vec3d d)
 
 } // namespace
 
-VoxelRecord::VoxelRecord(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part)
+VoxelRecord::VoxelRecord(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part,
+                         float own_share)
     : m_bits(std::uint64_t(kSpreadCodes) << 24)
 {
     const double length = Vec3d(direction).length();
@@ -30,8 +31,10 @@ VoxelRecord::VoxelRecord(const Vec3f& direction, const Vec3f& colour, float colo
         const double level = colour_scale > 0 && std::isfinite(colour[c])
             ? std::sqrt(std::max(0.0, double(colour[c]) / colour_scale))
             : 0;
-        m_bits |= std::uint64_t(std::min(1.0, level) * 1023 + 0.5) << (30 + 10 * c);
+        m_bits |= std::uint64_t(std::min(1.0, level) * 511 + 0.5) << (30 + 9 * c);
     }
+    if (own_share > 0)
+        m_bits |= std::uint64_t(std::sqrt(std::min(1.0f, own_share)) * 7 + 0.5f) << 57;
     m_bits |= std::uint64_t(std::min(part, int(kMostParts) - 1)) << 60;
 }
 
@@ -43,8 +46,9 @@ VoxelContent VoxelRecord::content(float density, float colour_scale) const
     content.spread_code = spreadCode();
     content.directed = directed();
     if (content.directed) content.direction = direction();
+    content.own_share = ownShare();
     for (int c = 0; c < 3; ++c) {
-        const double level = double(m_bits >> (30 + 10 * c) & 1023) / 1023;
+        const double level = double(m_bits >> (30 + 9 * c) & 511) / 511;
         content.colour[c] = level * level * colour_scale;
     }
     return content;

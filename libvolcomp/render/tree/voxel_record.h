@@ -3,8 +3,9 @@
 //
 //     bits 0 to 23    direction, sign free: two coordinates of 12 bits, off by less than 7e-4 rad
 //     bits 24 to 29   spread of the directions, off by less than 0.0081; 63: no direction
-//     bits 30 to 59   colour: 3 times 10 bits of the square root of colour over the brightest
-//                     colour in the leaf, off by less than 0.1 % of that
+//     bits 30 to 56   colour: 3 times 9 bits of the square root of colour over the brightest
+//                     colour in the leaf, off by less than 0.2 % of that
+//     bits 57 to 59   square root of the own share (volume.h), off by less than 0.072
 //     bits 60 to 63   part; 15: the record names a range of a list instead, one entry for each part
 //
 // So a volume of one part pays nothing for the places where parts meet.
@@ -33,6 +34,7 @@ struct VoxelContent {
     int spread_code = 0;  ///< see spreadOf(); kSpreadCodes, if not directed
     Vec3d direction{0.0}; ///< unit length, if directed
     Vec3d colour{1.0};
+    double own_share = 0; ///< VolumePart::own_share
 };
 
 /// The particles of a voxel, packed.
@@ -44,7 +46,8 @@ public:
     /// `direction` has the length 1 - spread; 0 or not finite: none. `colour_scale` is the
     /// brightest component of the leaf's colours. A part of a list's entry may be any number: the
     /// list keeps it.
-    VoxelRecord(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part);
+    VoxelRecord(const Vec3f& direction, const Vec3f& colour, float colour_scale, int part,
+                float own_share = 0);
     /// Entries `start` to `start + count - 1` of the tree's list.
     static VoxelRecord list(std::uint32_t start, std::uint32_t count)
     {
@@ -59,6 +62,7 @@ public:
 
     // The following are for a record that is not a list.
     int part() const { return int(m_bits >> 60); }
+    double ownShare() const { return double(m_bits >> 57 & 7) * double(m_bits >> 57 & 7) / 49; }
     int spreadCode() const { return int(m_bits >> 24 & 63); }
     bool directed() const { return spreadCode() != kSpreadCodes; }
     Vec3d direction() const ///< unit length; only if directed

@@ -15,7 +15,7 @@
 
 #include "volcomp/base/progress.h"
 #include "volcomp/base/vec.h"
-#include "volcomp/render/tree/coarser_voxel.h"
+#include "volcomp/volume/coarser_voxel.h"
 #include "volcomp/render/tree/node_table.h"
 #include "volcomp/render/tree/voxel_record.h"
 #include "volcomp/volume/block_source.h"
@@ -152,7 +152,8 @@ public:
     /// The same for one part's particles.
     double directionFactor(const VoxelContent& content, const Vec3d& d_world) const;
 
-    /// The scatter ratio of a voxel of density > 0; 1 in a tree that was not made by coarser().
+    /// The scatter ratio of a voxel of density > 0; 1 in a tree that was neither made by coarser()
+    /// nor has some from its source.
     ScatterRatio scatterRatio(int leaf, int voxel) const
     {
         return m_scatter_ratio.empty() ? kHomogeneous

@@ -102,6 +102,7 @@ void dropNegative(const Coord& leaf, std::size_t number, PartVoxels& part, Negat
     keepOnly(keep, part.direction);
     keepOnly(keep, part.colour);
     keepOnly(keep, part.scatter_ratio);
+    keepOnly(keep, part.own_share);
     if (keep.empty()) part.clear();
 }
 
@@ -198,6 +199,7 @@ private:
         for (const PartVoxels& part : m_tile) {
             any |= !part.density.empty();
             add(part.density.empty() ? 0 : part.density[0]);
+            add(part.own_share.empty() ? 0 : part.own_share[0]);
             for (const auto* list : {&part.direction, &part.colour, &part.scatter_ratio})
                 for (int c = 0; c < 3; ++c) add(list->empty() ? 0 : (*list)[0][c]);
         }
@@ -341,7 +343,8 @@ private:
                 if (l.uniform && n > 0) return;
                 const VoxelRecord record(PartVoxels::at(part.direction, k, Vec3f(0.0f)),
                                          PartVoxels::at(part.colour, k, Vec3f(1.0f)),
-                                         l.colour_scale, int(p));
+                                         l.colour_scale, int(p),
+                                         PartVoxels::at(part.own_share, k, 0.0f));
                 l.directed |= record.directed();
                 const std::uint32_t at = m_tree.recordIndex(l, n);
                 if (needsList(count[n]))
@@ -350,7 +353,11 @@ private:
                 else m_tree.m_records[at] = record;
                 if (part.scatter_ratio.empty()) return;
                 const Vec3f& s = PartVoxels::at(part.scatter_ratio, k, Vec3f(1.0f));
-                m_tree.m_scatter_ratio[at] = {s[0], s[1], s[2]};
+                // The mean over the parts, weighed by their density; 1 where a part has none.
+                const float w = PartVoxels::at(part.density, k, 0.0f)
+                    / m_tree.m_density[index * kLeafSize + std::size_t(n)];
+                for (std::size_t i = 0; i < 3; ++i)
+                    m_tree.m_scatter_ratio[at][i] += w * (s[int(i)] - 1);
             });
         }
     }

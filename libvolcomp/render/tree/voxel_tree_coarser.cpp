@@ -35,6 +35,7 @@ struct PartSum {
     {
         density += c.density;
         colour += c.density * c.colour;
+        squares += c.own_share * c.density * c.density;
         if (!c.directed) return;
         // t tᵀ of the directions that the voxel stands for: one along, the square of the spread
         // across.
@@ -52,7 +53,11 @@ struct PartSum {
         return Vec3f(principalDirection(t).stored());
     }
 
+    // As box_source.cpp's appendSum(): in a full coarser voxel are four times as many strands.
+    float ownShare() const { return float(std::min(1.0, 2 * squares / (density * density))); }
+
     int part;
+    double squares = 0;             // own share times density^2
     double density = 0, around = 0; // `around` is the same in all directions
     SymmetricTensor directions;
     Vec3d colour{0.0}; // times density
@@ -94,7 +99,7 @@ private:
     using Octants = std::array<int, 8>; // leaves of the finer tree, 4 x + 2 y + z
     struct Entry {                      // one part in one voxel, before it is packed
         int voxel, part;
-        float density;
+        float density, own_share;
         Vec3f direction, colour;
     };
     struct Filled { // what a leaf adds to the tables; its lists are counted from its first entry
@@ -198,14 +203,23 @@ private:
     CoarserVoxel coarserOf(int child, int first) const
     {
         const float* finer = m_fine.densities(child);
-        std::array<double, 8> densities;
-        std::array<ScatterRatio, 8> ratios;
-        ratios.fill(kHomogeneous);
+        EightVoxels eight;
+        double sum = 0, squares = 0;
         for (int k = 0; k < 8; ++k) {
-            densities[k] = finer[first + kSteps[k]];
-            if (densities[k] > 0) ratios[k] = m_fine.scatterRatio(child, first + kSteps[k]);
+            const int voxel = first + kSteps[k];
+            const double density = eight.densities[k] = finer[voxel];
+            if (!(density > 0)) continue;
+            eight.scatter_ratios[k] = m_fine.scatterRatio(child, voxel);
+            double own = 0;
+            m_fine.contents(child, voxel, [&](const VoxelContent& c) {
+                own += c.own_share * c.density * c.density / (density * density);
+            });
+            eight.own_shares[k] = own;
+            sum += density;
+            squares += own * density * density;
         }
-        return coarserVoxel(densities, ratios, m_extinction);
+        const double own = sum > 0 ? std::min(1.0, 2 * squares / (sum * sum)) : 0;
+        return coarserVoxel(eight, own, m_extinction);
     }
 
     // What each part has in the eight voxels of a leaf that begin at `first`. Returns the sum of
@@ -235,8 +249,8 @@ private:
     {
         for (const PartSum& s : sums) {
             const Vec3d colour = s.colour / s.density;
-            entries.push_back(
-                {voxel, s.part, float(density * s.density / total), s.direction(), Vec3f(colour)});
+            entries.push_back({voxel, s.part, float(density * s.density / total), s.ownShare(),
+                               s.direction(), Vec3f(colour)});
             leaf.colour_scale =
                 std::max(leaf.colour_scale, float(std::max({colour[0], colour[1], colour[2]})));
         }
@@ -254,7 +268,8 @@ private:
                     VoxelRecord::list(std::uint32_t(to.shared.size()), std::uint32_t(end - first)));
             for (std::size_t i = first; i < end; ++i) {
                 const Entry& e = entries[i];
-                const VoxelRecord record(e.direction, e.colour, leaf.colour_scale, e.part);
+                const VoxelRecord record(e.direction, e.colour, leaf.colour_scale, e.part,
+                                         e.own_share);
                 leaf.directed |= record.directed();
                 if (list) to.shared.push_back({record, e.density, e.part});
                 else to.records.push_back(record);

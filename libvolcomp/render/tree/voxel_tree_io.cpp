@@ -31,6 +31,7 @@ std::vector<Place> placesInTreeOrder(const VoxelTree& tree)
 struct PackedVoxel {
     int n; // VoxelTree::offset()
     float density;
+    openvdb::math::half own_share;
     Half3 direction, colour, scatter_ratio;
 };
 
@@ -43,8 +44,8 @@ void addVoxels(const VoxelTree& tree, int leaf, std::vector<std::vector<PackedVo
         tree.contents(leaf, n, [&](const VoxelContent& c) {
             const Vec3d direction =
                 c.directed ? c.direction * (1 - spreadOf(c.spread_code)) : Vec3d(0.0);
-            by_part[c.part].push_back({n, c.density, toHalves(Vec3f(direction)),
-                                       toHalves(Vec3f(c.colour)),
+            by_part[c.part].push_back({n, c.density, openvdb::math::half(float(c.own_share)),
+                                       toHalves(Vec3f(direction)), toHalves(Vec3f(c.colour)),
                                        toHalves(Vec3f(s[0], s[1], s[2]))});
         });
     }
@@ -53,7 +54,7 @@ void addVoxels(const VoxelTree& tree, int leaf, std::vector<std::vector<PackedVo
 void addBlock(PackedPart& part, const Coord& origin, const std::vector<PackedVoxel>& voxels)
 {
     PackedBlock block{origin, std::uint32_t(voxels.size()), {}, nullptr};
-    block.values = part.stores[0].allocate(block.count * PackedPart::voxelBytes(true, true, true));
+    block.values = part.stores[0].allocate(block.count * part.voxelBytes());
     for (std::size_t i = 0; i < voxels.size(); ++i) {
         const PackedVoxel& v = voxels[i];
         block.mask[v.n >> 6] |= std::uint64_t(1) << (v.n & 63);
@@ -61,6 +62,7 @@ void addBlock(PackedPart& part, const Coord& origin, const std::vector<PackedVox
         part.direction(block)[i] = v.direction;
         part.colour(block)[i] = v.colour;
         part.scatterRatio(block)[i] = v.scatter_ratio;
+        part.ownShare(block)[i] = v.own_share;
     }
     part.blocks.push_back(block);
 }
@@ -89,7 +91,7 @@ PackedVolume packedVolume(const VoxelTree& tree)
         PackedPart& part = volume.parts.emplace_back();
         part.material = p.material;
         part.kind = p.kind;
-        part.has_direction = part.has_colour = part.has_scatter_ratio = true;
+        part.has_direction = part.has_colour = part.has_scatter_ratio = part.has_own_share = true;
         part.stores.emplace_back();
     }
     std::vector<std::vector<PackedVoxel>> voxels(tree.parts().size());

@@ -19,13 +19,15 @@ TEST(VoxelRecord, KeepsWhatItIsGivenToThePrecisionThatItPromises)
         Vec3f colour;
         for (int c = 0; c < 3; ++c) colour[c] = float(scale * random.uniform());
         const int part = i % 15;
-        const VoxelRecord record(Vec3f(direction * (1 - spread)), colour, scale, part);
+        const double own = random.uniform();
+        const VoxelRecord record(Vec3f(direction * (1 - spread)), colour, scale, part, float(own));
         ASSERT_FALSE(record.isList());
         const VoxelContent c = record.content(0.25f, scale);
         EXPECT_EQ(c.part, part);
         EXPECT_EQ(c.density, 0.25f);
+        EXPECT_NEAR(std::sqrt(c.own_share), std::sqrt(own), 0.0715);
         EXPECT_NEAR(spreadOf(c.spread_code), spread, 0.0081);
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(c.colour[k], colour[k], 1.001e-3 * scale);
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(c.colour[k], colour[k], 2.001e-3 * scale);
         if (spread > 0.99) continue; // too short for a direction in floats
         ASSERT_TRUE(c.directed);
         EXPECT_NEAR(c.direction.length(), 1, 1e-12);
