@@ -4,6 +4,7 @@
 under five kinds of light.
 
     benchmarks/truth/run.py [--only WORD] [--samples N] [--keep FOLDER] [--output FILE.md] [BIN]
+    benchmarks/truth/run.py [--only WORD] --write FOLDER    writes NAME_LIGHT.toml, runs nothing
 
 BIN is the folder of the programs (build/release/bin). Each scene is baked and composed once, then
 rendered under each light with its default voxel, swept light and 16 samples, and compared with
@@ -168,8 +169,17 @@ def main():
     parser.add_argument("--samples", type=int, default=256, help="of the exact pictures")
     parser.add_argument("--keep", default=os.path.join(ROOT, "out", "truth"))
     parser.add_argument("--output", help="also write the table to this file")
+    parser.add_argument("--write", help="only write the scenes into this folder")
     parser.add_argument("bin", nargs="?", default=os.path.join(ROOT, "build", "release", "bin"))
     arguments = parser.parse_args()
+    if arguments.write:
+        os.makedirs(arguments.write, exist_ok=True)
+        for name in SCENES:
+            for light in LIGHTS if arguments.only in name else ():
+                file = f"{name.replace(' ', '_')}_{light}.toml"
+                with open(os.path.join(arguments.write, file), "w") as stream:
+                    stream.write(scene_text(name, light))
+        return
     bench = Bench(arguments)
     rows = []
     for name in SCENES:

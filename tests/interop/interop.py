@@ -15,6 +15,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 SCENE = os.path.join(HERE, "scene.toml")
 VOXEL = 0.01  # m, of the scene's volume
 DENSITIES = ["density", "density_fur", "density_soil"]
+OWN_SHARES = ["own_share_fur", "own_share_soil"]
 
 
 def run(*command):
@@ -50,7 +51,7 @@ class Interop(unittest.TestCase):
         import pyopenvdb as vdb
         grids = {g.name: g for g in vdb.readAll(self.volume)[0]}
         vectors = {"tangentu_fur": "contravariant relative", "Cd_fur": "invariant"}
-        self.assertEqual(sorted(grids), ["Cd_fur", *DENSITIES, "tangentu_fur"])
+        self.assertEqual(sorted(grids), ["Cd_fur", *DENSITIES, *OWN_SHARES, "tangentu_fur"])
         for name, grid in grids.items():
             self.assertEqual(grid.gridClass, "fog volume", name)
             self.assertEqual(grid.vectorType, vectors.get(name, "invariant"), name)
@@ -73,7 +74,7 @@ class Interop(unittest.TestCase):
         run(self.bin + "/volcomp-compose", SCENE, "--boxes", self.work + "/boxes",
             "--grid-names", "blender", "-o", file)
         names = sorted(g.name for g in vdb.readAll(file)[0])
-        self.assertEqual(names, ["color_fur", *DENSITIES, "tangentu_fur"])
+        self.assertEqual(names, ["color_fur", *DENSITIES, *OWN_SHARES, "tangentu_fur"])
         ours, theirs = ([(v.min, v.value) for v in grid.citerOnValues()]
                         for grid in (vdb.read(self.volume, "Cd_fur"), vdb.read(file, "color_fur")))
         self.assertEqual(ours, theirs)

@@ -45,7 +45,7 @@ bool haveSameVoxels(const fs::path& a, const fs::path& b)
         if (one.blocks.size() != other.blocks.size() || one.has_colour != other.has_colour
             || one.has_direction != other.has_direction)
             return false;
-        const std::size_t bytes = PackedPart::voxelBytes(one.has_direction, one.has_colour);
+        const std::size_t bytes = one.voxelBytes();
         for (std::size_t i = 0; i < one.blocks.size(); ++i) {
             const PackedBlock &v = one.blocks[i], &w = other.blocks[i];
             if (v.origin != w.origin || v.mask != w.mask
