@@ -335,7 +335,7 @@ private:
         double chunks = double(part.height) / kRows[std::size_t(part.compression)];
         if (tiled || part.tile_width > 0) {
             if (part.tile_width < 1 || part.tile_height < 1
-                || part.tile_width * part.tile_height > kMostTile)
+                || part.tile_width > kMostTile / part.tile_height)
                 throw m_bytes.refused(fmt::format("tiles of at most {} pixels", kMostTile),
                                       fmt::format("{} x {}", part.tile_width, part.tile_height));
             chunks = (double(part.width) / double(part.tile_width))
