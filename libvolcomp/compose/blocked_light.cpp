@@ -76,7 +76,7 @@ std::vector<float> columnsOf(const SourcePart& part, double step, const double (
         for (std::size_t k = 0; k < part.voxels.size(); ++k) {
             const double at[2] = {double((*place[across[0]])[k]) * step + offset[0],
                                   double((*place[across[1]])[k]) * step + offset[1]};
-            columns.add(at, width, part.depthAlong(std::uint32_t(k), axis) * depth);
+            columns.add(at, width, part.densityAlong(std::uint32_t(k), axis) * depth);
         }
         columns.appendTo(depths);
     }

@@ -8,7 +8,6 @@
 
 #include "volcomp/base/vec.h"
 #include "volcomp/compose/blocked_light.h"
-#include "volcomp/compose/compose_params.h"
 #include "volcomp/volume/coarser_voxel.h"
 #include "volcomp/volume/volume.h"
 
@@ -81,21 +80,12 @@ struct SourcePart {
     /// the more the more voxels they cover (MODEL section 3).
     double ownWeight() const;
     /// The density of voxel k for light along an axis of the box, as directed extinction has it.
-    double depthAlong(std::uint32_t k, int axis) const;
+    double densityAlong(std::uint32_t k, int axis) const;
 };
 
 /// Packs the active voxels of positive density. Active tiles become voxels. Throws Error if a
 /// density is negative or anything is not finite, or if the grid's transform is not a uniform scale
 /// alone. The message names the box.
 SourcePart packPart(const VolumePart& part, const std::string& box_name);
-
-/// Returns the part with voxels of twice the edge, each at the centre of mass of what it holds, for
-/// targets so coarse that the finer voxels of a place would all fall into one. Directions and
-/// colours are summed; the directions of up to eight voxels become one with its spread.
-///
-/// Kept::integral sums the densities. Kept::blocked_light keeps the mean transmittance of the eight
-/// under directed extinction, mean over the axes, and the light that they scatter
-/// (coarser_voxel.h), at an optical depth of 1 for density 1 over length 1.
-SourcePart coarsen(const SourcePart& part, Kept keep);
 
 } // namespace volcomp

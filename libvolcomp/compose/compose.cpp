@@ -219,7 +219,8 @@ PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
 {
     check(boxes, scene.boxes.placements, params);
     checkReach(boundsOf(boxes), scene, params.voxel);
-    const BoxSources sources = packBoxes(boxes, scene, params.voxel, params.keep);
+    BoxSources sources = packBoxes(boxes, scene, params.voxel, params.keep);
+    if (params.keep == Kept::blocked_light) findBlocked(scene, params.voxel, sources);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
     for (std::size_t m = 0; m < sources.materials.size(); ++m)

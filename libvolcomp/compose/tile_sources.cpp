@@ -7,6 +7,7 @@
 #include <tbb/parallel_sort.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/compose/coarsen.h"
 #include "volcomp/compose/placed_box.h"
 
 namespace volcomp {
@@ -64,6 +65,23 @@ openvdb::Coord tileOrigin(std::uint64_t key)
     return origin;
 }
 
+/// Scales of a box's placements; 0 if it has none.
+struct Scales {
+    float smallest = 0, largest = 0;
+};
+
+/// The scales of each box.
+std::vector<Scales> scalesOf(const PlacedScene& scene, std::size_t boxes)
+{
+    std::vector<Scales> scales(boxes);
+    for (const Placement& p : scene.boxes.placements) {
+        Scales& s = scales[p.box];
+        s.smallest = s.largest == 0 ? p.scale : std::min(s.smallest, p.scale);
+        s.largest = std::max(s.largest, p.scale);
+    }
+    return scales;
+}
+
 /// Sets the factors of all levels, for placements for which an edge of 1 in the box is `smallest`
 /// to `largest` voxels of the target.
 void setBlocked(Pyramid& levels, double smallest, double largest)
@@ -83,13 +101,7 @@ void setBlocked(Pyramid& levels, double smallest, double largest)
 BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
                      Kept keep)
 {
-    // Scales of the box's placements; 0: none.
-    std::vector<float> smallest(boxes.size(), 0), largest(boxes.size(), 0);
-    for (const Placement& p : scene.boxes.placements) {
-        if (smallest[p.box] == 0 || p.scale < smallest[p.box]) smallest[p.box] = p.scale;
-        largest[p.box] = std::max(largest[p.box], p.scale);
-    }
-    const bool keep_blocked = keep == Kept::blocked_light;
+    const std::vector<Scales> scales = scalesOf(scene, boxes.size());
     BoxSources packed;
     packed.boxes.resize(boxes.size());
     const auto addMaterial = [&](const std::string& m) {
@@ -98,18 +110,25 @@ BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, do
             packed.materials.push_back(m);
     };
     for (std::size_t b = 0; b < boxes.size(); ++b)
-        if (smallest[b] > 0)
+        if (scales[b].largest > 0)
             for (const VolumePart& part : boxes[b].volume.parts) {
                 packed.boxes[b].push_back({packPart(part, boxes[b].name)});
                 Pyramid& levels = packed.boxes[b].back();
-                for (int n = levelFor(levels[0].voxel * smallest[b] / voxel);
+                for (int n = levelFor(levels[0].voxel * scales[b].smallest / voxel);
                      n > 0 && levels.back().voxels.size() > 1; --n)
                     levels.push_back(coarsen(levels.back(), keep));
-                if (keep_blocked) setBlocked(levels, smallest[b] / voxel, largest[b] / voxel);
                 addMaterial(part.material);
             }
     for (const Skin& skin : skinsOf(scene)) addMaterial(skin.material());
     return packed;
+}
+
+void findBlocked(const PlacedScene& scene, double voxel, BoxSources& packed)
+{
+    const std::vector<Scales> scales = scalesOf(scene, packed.boxes.size());
+    for (std::size_t b = 0; b < packed.boxes.size(); ++b)
+        for (Pyramid& levels : packed.boxes[b])
+            setBlocked(levels, scales[b].smallest / voxel, scales[b].largest / voxel);
 }
 
 TileSources::TileSources(const std::vector<Pyramids>& boxes, const PlacedScene& scene,

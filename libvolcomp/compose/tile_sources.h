@@ -26,9 +26,13 @@ struct BoxSources {
     std::vector<std::string> materials;
 };
 
-/// Packs the boxes that are placed. `voxel` is the target's edge. Throws the Errors of packPart().
+/// Packs the boxes that are placed. `voxel` is the target's edge. With Kept::blocked_light
+/// findBlocked() is to follow, which an estimate does without. Throws the Errors of packPart().
 BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
                      Kept keep);
+
+/// Finds SourcePart::blocked for what packBoxes() packed for the same scene and voxel.
+void findBlocked(const PlacedScene& scene, double voxel, BoxSources& packed);
 
 /// What adds to each tile of a composite. The arguments of the constructor must outlive it.
 class TileSources {

@@ -75,6 +75,19 @@ Extremes extremesOf(const FloatGrid& grid)
     return found;
 }
 
+/// Sets all active values to what `fixed` makes of them.
+template <class Grid, class F>
+void change(Grid& grid, const F& fixed)
+{
+    openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid.tree());
+    leaves.foreach ([&](auto& leaf, std::size_t) {
+        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(fixed(*v));
+    });
+    auto tile = grid.beginValueOn();
+    tile.setMaxDepth(Grid::ValueOnIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile) tile.setValue(fixed(*tile));
+}
+
 /// Throws if a density is not finite or negative. Sets tiny negative ones to 0, and adds a warning.
 void checkDensity(const VdbFile& file, FloatGrid& grid, std::vector<std::string>& warnings)
 {
@@ -85,50 +98,23 @@ void checkDensity(const VdbFile& file, FloatGrid& grid, std::vector<std::string>
                                     e.at.y(), e.at.z()),
                         "a finite density >= 0", fmt::format("{:g}", e.least));
     if (e.least >= 0) return;
-    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid.tree());
-    leaves.foreach ([](auto& leaf, std::size_t) {
-        for (auto v = leaf.beginValueOn(); v; ++v)
-            if (*v < 0) v.setValue(0);
-    });
-    auto tile = grid.beginValueOn();
-    tile.setMaxDepth(FloatGrid::ValueOnIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile)
-        if (*tile < 0) tile.setValue(0);
+    change(grid, [](float v) { return v < 0 ? 0 : v; });
     warnings.push_back(file.path().string() + ": " + negativeDensities(grid.getName(), e.least));
 }
 
-/// Sets values that are not finite to 0, and others to [0, 1].
-void cleanShares(FloatGrid& grid)
-{
-    const auto fixed = [](float v) {
-        return std::isfinite(v) ? std::min(1.0f, std::max(0.0f, v)) : 0.0f;
-    };
-    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid.tree());
-    leaves.foreach ([&](auto& leaf, std::size_t) {
-        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(fixed(*v));
-    });
-    auto tile = grid.beginValueOn();
-    tile.setMaxDepth(FloatGrid::ValueOnIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile) tile.setValue(fixed(*tile));
-}
+/// A share from a file: 0 if it is not finite, and from 0 to 1.
+float cleanShare(float v) { return std::isfinite(v) ? std::min(1.0f, std::max(0.0f, v)) : 0.0f; }
 
 /// Sets vectors that are not finite to 0. With `normalise`, which is for foreign files, it gives
 /// the others unit length.
 void clean(Vec3SGrid& grid, bool normalise)
 {
-    const auto fixed = [normalise](openvdb::Vec3s v) {
+    change(grid, [normalise](openvdb::Vec3s v) {
         const float length = v.length();
         if (!std::isfinite(length)) return openvdb::Vec3s(0);
         if (normalise) return length > 1e-6f ? v / length : openvdb::Vec3s(0);
         return v;
-    };
-    openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(grid.tree());
-    leaves.foreach ([&](auto& leaf, std::size_t) {
-        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(fixed(*v));
     });
-    auto tile = grid.beginValueOn();
-    tile.setMaxDepth(Vec3SGrid::ValueOnIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile) tile.setValue(fixed(*tile));
 }
 
 template <class T>
@@ -152,6 +138,10 @@ public:
 
 private:
     bool now() const { return m_leaves == LeavesRead::now; }
+    /// A grid of the density's transform.
+    template <class Grid>
+    typename Grid::Ptr readBeside(const std::string& name, const FloatGrid& density,
+                                  LeavesRead leaves);
     Vec3SGrid::Ptr readVectors(const std::string& name, const FloatGrid& density, bool normalise);
     FloatGrid::Ptr readOwnShare(const std::string& name, const FloatGrid& density);
     template <class Grid>
@@ -166,24 +156,29 @@ private:
     std::vector<std::string>& m_warnings;
 };
 
-Vec3SGrid::Ptr PartReader::readVectors(const std::string& name, const FloatGrid& density,
-                                       bool normalise)
+template <class Grid>
+typename Grid::Ptr PartReader::readBeside(const std::string& name, const FloatGrid& density,
+                                          LeavesRead leaves)
 {
-    auto grid = m_file.read<Vec3SGrid>(name, normalise ? LeavesRead::now : m_leaves);
+    auto grid = m_file.read<Grid>(name, leaves);
     if (!(grid->transform() == density.transform()))
         throw fileError(m_file.path(), "grid '" + name + "'",
                         "the transform of '" + density.getName() + "'", "another one");
+    return grid;
+}
+
+Vec3SGrid::Ptr PartReader::readVectors(const std::string& name, const FloatGrid& density,
+                                       bool normalise)
+{
+    const auto grid = readBeside<Vec3SGrid>(name, density, normalise ? LeavesRead::now : m_leaves);
     if (normalise || now()) clean(*grid, normalise);
     return grid;
 }
 
 FloatGrid::Ptr PartReader::readOwnShare(const std::string& name, const FloatGrid& density)
 {
-    auto grid = m_file.read<FloatGrid>(name, m_leaves);
-    if (!(grid->transform() == density.transform()))
-        throw fileError(m_file.path(), "grid '" + name + "'",
-                        "the transform of '" + density.getName() + "'", "another one");
-    if (now()) cleanShares(*grid);
+    const auto grid = readBeside<FloatGrid>(name, density, m_leaves);
+    if (now()) change(*grid, cleanShare);
     return grid;
 }
 
@@ -197,13 +192,7 @@ typename Grid::Ptr PartReader::sharedValue(const FloatGrid& density,
     grid->setTransform(density.transform().copy());
     if (!now()) return grid;
     grid->tree().topologyUnion(density.tree());
-    openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid->tree());
-    leaves.foreach ([&](auto& leaf, std::size_t) {
-        for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(value);
-    });
-    auto tile = grid->beginValueOn();
-    tile.setMaxDepth(Grid::ValueOnIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile) tile.setValue(value);
+    change(*grid, [&](const auto&) { return value; });
     return grid;
 }
 
@@ -254,8 +243,7 @@ VolumePart PartReader::read(const std::string& name)
     if (const std::string grid = "own_share" + suffix; ours && m_file.has(grid))
         part.own_share = readOwnShare(grid, *part.density);
     else if (const auto share = metadata<float>(*part.density, kOwnShare))
-        part.own_share = sharedValue<FloatGrid>(
-            *part.density, std::isfinite(*share) ? std::min(1.0f, std::max(0.0f, *share)) : 0.0f);
+        part.own_share = sharedValue<FloatGrid>(*part.density, cleanShare(*share));
     for (const GridNames names : {GridNames::houdini, GridNames::blender})
         if (const std::string grid = colourName(names) + suffix; !part.colour && m_file.has(grid))
             part.colour = readVectors(grid, *part.density, false);

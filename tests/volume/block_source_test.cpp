@@ -21,11 +21,12 @@ const bool kStarted = (openvdb::initialize(), true);
 struct Value {
     float density;
     Vec3f direction, colour, scatter_ratio;
+    float own_share;
 };
 bool operator==(const Value& a, const Value& b)
 {
     return a.density == b.density && a.direction == b.direction && a.colour == b.colour
-        && a.scatter_ratio == b.scatter_ratio;
+        && a.scatter_ratio == b.scatter_ratio && a.own_share == b.own_share;
 }
 using Values = std::map<std::pair<Coord, std::size_t>, Value>; // by voxel and part
 
@@ -45,7 +46,8 @@ void addBlock(const BlockSource& source, const Coord& block, Values& values)
             const Value value{PartVoxels::at(part.density, k, 0.0f),
                               PartVoxels::at(part.direction, k, Vec3f(0.0f)),
                               PartVoxels::at(part.colour, k, Vec3f(0.0f)),
-                              PartVoxels::at(part.scatter_ratio, k, Vec3f(1.0f))};
+                              PartVoxels::at(part.scatter_ratio, k, Vec3f(1.0f)),
+                              PartVoxels::at(part.own_share, k, 0.0f)};
             EXPECT_TRUE(values.emplace(std::pair(at, p), value).second) << at << " twice";
             ++k;
         }
@@ -85,7 +87,8 @@ Values allOf(const Volume& volume)
             };
             values[{at, p}] = {*v, of(part.direction, Vec3f(0.0f)),
                                of(part.colour, part.uniform_colour),
-                               of(part.scatter_ratio, Vec3f(1.0f))};
+                               of(part.scatter_ratio, Vec3f(1.0f)),
+                               part.own_share ? part.own_share->tree().getValue(at) : 0};
         }
     }
     return values;
@@ -129,6 +132,11 @@ Volume parts()
     volume.parts[0].scatter_ratio = vectors(volume.parts[0], 4);
     volume.parts[1].direction = vectors(volume.parts[1], 5);
     volume.parts[1].uniform_colour = Vec3f(0.5f, 0.25f, 1);
+    VolumePart& last = volume.parts[1];
+    last.own_share = openvdb::FloatGrid::create(0.0f);
+    last.own_share->setTransform(last.density->transformPtr());
+    for (auto v = last.density->cbeginValueOn(); v; ++v)
+        last.own_share->tree().setValue(v.getCoord(), float(int(8 * random.uniform())) / 8);
     return volume;
 }
 

@@ -326,6 +326,35 @@ TEST_F(VdbIo, ScatterRatiosAreKept)
     }
 }
 
+// So are own shares. A file that says nonsense of one says 0 or 1.
+TEST_F(VdbIo, OwnSharesAreKept)
+{
+    Volume volume{{part("fur", MaterialKind::fibre, 1), part("leaf", MaterialKind::surface, 2)}};
+    for (VolumePart& p : volume.parts) {
+        p.own_share = p.density->deepCopy();
+        for (auto v = p.own_share->beginValueOn(); v; ++v)
+            v.setValue(p.material == "fur" ? *v / 10 : 0.25f);
+    }
+    writeVolume(path("own.vdb"), volume);
+    for (const bool delayed : {false, true}) {
+        const Volume back = readVolume(path("own.vdb"), delayed);
+        for (std::size_t i = 0; i < 2; ++i) {
+            ASSERT_TRUE(back.parts[i].own_share);
+            for (auto v = volume.parts[i].own_share->cbeginValueOn(); v; ++v)
+                ASSERT_NEAR(back.parts[i].own_share->tree().getValue(v.getCoord()), *v, *v / 2048);
+        }
+    }
+    auto wrong = volume.parts[0].own_share->beginValueOn();
+    wrong.setValue(std::numeric_limits<float>::quiet_NaN());
+    const Coord nan = wrong.getCoord();
+    (++wrong).setValue(7);
+    const Coord seven = wrong.getCoord();
+    writeVolume(path("wrong.vdb"), volume);
+    const Volume back = readVolume(path("wrong.vdb"));
+    EXPECT_EQ(back.parts[0].own_share->tree().getValue(nan), 0);
+    EXPECT_EQ(back.parts[0].own_share->tree().getValue(seven), 1);
+}
+
 // What 0.1.0 wrote under another name must not be taken for voxels without a scatter ratio.
 TEST_F(VdbIo, ScatterRatiosOfAnOlderVersionAreAnError)
 {

@@ -90,4 +90,16 @@ PictureError pictureError(const Image& picture, const Image& exact, int block)
     return e;
 }
 
+nlohmann::json toJson(const PictureError& e)
+{
+    return {{"mean", e.mean},
+            {"bias", e.bias},
+            {"rmse", e.rmse},
+            {"block_rmse", e.block_rmse},
+            {"alpha_mean", e.alpha_mean},
+            {"alpha_bias", e.alpha_bias},
+            {"alpha_rmse", e.alpha_rmse},
+            {"alpha_block_rmse", e.alpha_block_rmse}};
+}
+
 } // namespace volcomp

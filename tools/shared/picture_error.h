@@ -2,6 +2,8 @@
 // How far a picture is from an exact one that is known by samples.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "volcomp/view/image.h"
 
 namespace volcomp {
@@ -22,5 +24,8 @@ struct PictureError {
 /// halves a and b the mean square is that of (x - a)(x - b), which may be below zero; its root is
 /// then shown as negative. Throws Error if the sizes differ or a channel is missing.
 PictureError pictureError(const Image& picture, const Image& exact, int block = 4);
+
+/// The members by their names, as --stats and the charts' files have them.
+nlohmann::json toJson(const PictureError& error);
 
 } // namespace volcomp

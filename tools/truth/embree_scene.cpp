@@ -9,6 +9,7 @@
 
 #include <embree3/rtcore.h>
 
+#include "volcomp/render/skin/embree_buffer.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/interval.h"
 #include "volcomp/render/skin/skin_tracer.h"
@@ -54,15 +55,6 @@ RTCRay rayOf(const Vec3d& origin, const Vec3d& direction, double far)
     ray.tfar = float(far);
     ray.mask = ~0U;
     return ray;
-}
-
-template <class T, std::size_t N>
-void setBuffer(RTCGeometry g, RTCBufferType type, RTCFormat format,
-               const std::vector<std::array<T, N>>& values)
-{
-    void* to = rtcSetNewGeometryBuffer(g, type, 0, format, sizeof(std::array<T, N>), values.size());
-    if (!to) throw std::bad_alloc();
-    std::copy(values.begin(), values.end(), static_cast<std::array<T, N>*>(to));
 }
 
 std::array<float, 3> asFloats(const Vec3d& v) { return {float(v[0]), float(v[1]), float(v[2])}; }

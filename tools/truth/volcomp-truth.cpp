@@ -95,14 +95,7 @@ void compare(Tool& tool, const Options& options, const Image& exact)
                              e.alpha_block_rmse);
     if (!std::cout.flush())
         throw Error("--compare: the figures could not be written to the output");
-    tool.stats["error"] = {{"mean", e.mean},
-                           {"bias", e.bias},
-                           {"rmse", e.rmse},
-                           {"block_rmse", e.block_rmse},
-                           {"alpha_mean", e.alpha_mean},
-                           {"alpha_bias", e.alpha_bias},
-                           {"alpha_rmse", e.alpha_rmse},
-                           {"alpha_block_rmse", e.alpha_block_rmse}};
+    tool.stats["error"] = toJson(e);
 }
 
 void run(Tool& tool, const Options& options)

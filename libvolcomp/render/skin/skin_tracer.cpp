@@ -8,21 +8,13 @@
 #include <embree3/rtcore.h>
 #include <openvdb/math/BBox.h>
 
+#include "volcomp/render/skin/embree_buffer.h"
 #include "volcomp/base/error.h"
 
 namespace volcomp {
 namespace {
 
 constexpr float kOpaque = 0.5f; ///< alpha below this is no surface
-
-template <class T, std::size_t N>
-void setBuffer(RTCGeometry g, RTCBufferType type, RTCFormat format,
-               const std::vector<std::array<T, N>>& values)
-{
-    void* to = rtcSetNewGeometryBuffer(g, type, 0, format, sizeof(std::array<T, N>), values.size());
-    if (!to) throw std::bad_alloc();
-    std::copy(values.begin(), values.end(), static_cast<std::array<T, N>*>(to));
-}
 
 /// Embree's filter of a skin that is cut out; the user's pointer is its SkinMesh.
 void passCutOut(const RTCFilterFunctionNArguments* a)

@@ -139,6 +139,29 @@ TEST(VoxelTree, APackedVolumeMakesTheTreeOfItsGrids)
     expectSame(VoxelTree(PackedSource(packed)), VoxelTree(volume));
 }
 
+// Where parts meet, a voxel's scatter ratio is their mean weighed by density; 1 for a part without.
+TEST(VoxelTree, ScatterRatiosOfPartsThatMeetAreMixed)
+{
+    Volume volume = emptyVolume();
+    volume.parts.push_back(emptyPart());
+    volume.parts.push_back(emptyPart());
+    const float densities[3] = {1, 3, 4};
+    const Vec3f ratios[2] = {Vec3f(0.5f, 1, 2), Vec3f(1.5f, 0.2f, 1)};
+    for (std::size_t p = 0; p < 3; ++p) {
+        VolumePart& part = volume.parts[p];
+        part.material = std::string(1, char('a' + p));
+        part.density->tree().setValue(Coord(1, 2, 3), densities[p]);
+        if (p == 2) continue;
+        part.scatter_ratio = openvdb::Vec3SGrid::create(Vec3f(0.0f));
+        part.scatter_ratio->setTransform(part.density->transformPtr());
+        part.scatter_ratio->tree().setValue(Coord(1, 2, 3), ratios[p]);
+    }
+    const VoxelTree tree(volume);
+    const ScatterRatio s = tree.scatterRatio(tree.leafAt(1, 2, 3), VoxelTree::offset(1, 2, 3));
+    for (int i = 0; i < 3; ++i)
+        EXPECT_NEAR(s[std::size_t(i)], (ratios[0][i] + 3 * ratios[1][i] + 4) / 8, 1e-6) << i;
+}
+
 TEST(VoxelTree, IsReadFromAFileAsTheVolumeIs)
 {
     const TemporaryFolder folder;
