@@ -170,14 +170,14 @@ typename Grid::Ptr PartReader::readBeside(const std::string& name, const FloatGr
 Vec3SGrid::Ptr PartReader::readVectors(const std::string& name, const FloatGrid& density,
                                        bool normalise)
 {
-    const auto grid = readBeside<Vec3SGrid>(name, density, normalise ? LeavesRead::now : m_leaves);
+    auto grid = readBeside<Vec3SGrid>(name, density, normalise ? LeavesRead::now : m_leaves);
     if (normalise || now()) clean(*grid, normalise);
     return grid;
 }
 
 FloatGrid::Ptr PartReader::readOwnShare(const std::string& name, const FloatGrid& density)
 {
-    const auto grid = readBeside<FloatGrid>(name, density, m_leaves);
+    auto grid = readBeside<FloatGrid>(name, density, m_leaves);
     if (now()) change(*grid, cleanShare);
     return grid;
 }
