@@ -28,6 +28,7 @@ void RenderParams::validate() const
     if (!(cutoff >= 0 && cutoff < 1)) fail("0 <= cutoff < 1");
     if (!isRadiance(background) || !isRadiance(ambient))
         fail("a finite background and ambient >= 0");
+    dome.validate();
 }
 
 } // namespace volcomp

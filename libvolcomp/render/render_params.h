@@ -4,6 +4,7 @@
 
 #include "volcomp/base/vec.h"
 #include "volcomp/base/words.h"
+#include "volcomp/view/dome.h"
 
 namespace volcomp {
 
@@ -13,6 +14,11 @@ enum class Extinction { isotropic, directed };
 enum class Shadows { exact, sweep, none };
 /// Whether a strand's or leaf's own particles shade it, where baking knows them (MODEL section 3).
 enum class OwnShade { left_out, counted };
+/// How often light is scattered between a light and the eye (MODEL section 5b).
+enum class Scattering {
+    single,  ///< once, as the paper has it: equation (10) as printed
+    multiple ///< any number of times; the diffuse light of fibres is normalised
+};
 /// How a voxel without direction is shaded (MODEL section 4).
 enum class Undirected { isotropic, gradient };
 enum class PixelFilter { box, gaussian, blackman_harris };
@@ -26,6 +32,8 @@ constexpr Word<Shadows> kShadowsWords[] = {
     {"exact", Shadows::exact}, {"sweep", Shadows::sweep}, {"none", Shadows::none}};
 constexpr Word<OwnShade> kOwnShadeWords[] = {{"left_out", OwnShade::left_out},
                                              {"counted", OwnShade::counted}};
+constexpr Word<Scattering> kScatteringWords[] = {{"single", Scattering::single},
+                                                 {"multiple", Scattering::multiple}};
 constexpr Word<Undirected> kUndirectedWords[] = {{"isotropic", Undirected::isotropic},
                                                  {"gradient", Undirected::gradient}};
 constexpr Word<PixelFilter> kPixelFilterWords[] = {
@@ -53,6 +61,7 @@ struct RenderParams {
     Extinction extinction = Extinction::directed;
     Shadows shadows = Shadows::exact;
     OwnShade own_shade = OwnShade::left_out;
+    Scattering scattering = Scattering::single;
     /// Rays end where less than this fraction of light passes; 0 means never. No radiance is off by
     /// more than the cutoff times the brightest that a voxel shows.
     double cutoff = 0.001;
@@ -61,6 +70,7 @@ struct RenderParams {
     bool aovs = false;   ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
     Vec3d background{0}; ///< radiance behind everything, linear RGB
     Vec3d ambient{0};    ///< radiance from all around, linear RGB
+    Dome dome;           ///< the sky and what else is far away; adds to `ambient`
 
     /// Throws Error if a value is out of range or not finite.
     void validate() const;

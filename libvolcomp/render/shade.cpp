@@ -28,8 +28,8 @@ double evenDiffuse(double cosine)
 Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
 {
     const double cos_i = N.dot(L);
-    if (!(cos_i > 0)) return {};
-    Reflection result{lobe.alpha * cos_i, 0};
+    if (!(cos_i > 0)) return {0, 0, -cos_i};
+    Reflection result{lobe.alpha * cos_i, 0, 0};
     Vec3d Q = V + L;
     const double length = Q.length();
     if (lobe.beta == 0 || length < kDegenerate) return result;
@@ -44,11 +44,12 @@ Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d
 
 } // namespace
 
-Lobe makeLobe(const Material& m, double spread)
+Lobe makeLobe(const Material& m, double spread, bool normalised)
 {
     const double gamma = std::max(m.gamma, kMinGamma), k = m.kind == MaterialKind::fibre ? 2 : 1;
     const double wide = gamma * gamma + 2 * kLn2 * k * k * spread * spread;
-    return {m.alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n, spread * spread};
+    const double alpha = normalised && m.kind == MaterialKind::fibre ? m.alpha / kPi : m.alpha;
+    return {alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n, spread * spread};
 }
 
 double fresnel(double c, double n)
@@ -69,14 +70,20 @@ Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d
     const double s2 = lobe.spread_square;
     if (s2 == 0) return result;
     const double even = 3 * s2 / (1 + 2 * s2), seen = (1 - even) * N.dot(V), seen_even = 0.5 * even;
-    result.diffuse = lobe.alpha
-        * (seen * std::max(0.0, N.dot(L)) + seen_even * evenDiffuse(V.dot(L))) / (seen + seen_even);
+    const auto mean = [&](double cos_i, double cosine) {
+        return (seen * std::max(0.0, cos_i) + seen_even * evenDiffuse(cosine)) / (seen + seen_even);
+    };
+    result.diffuse = lobe.alpha * mean(N.dot(L), V.dot(L));
+    result.transmitted = mean(-N.dot(L), -V.dot(L));
     return result;
 }
 
 Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d& L)
 {
-    return N.dot(V) > 0 ? reflect(lobe, N, V, L) : Reflection{};
+    if (!(N.dot(V) > 0)) return {};
+    Reflection result = reflect(lobe, N, V, L);
+    result.transmitted = 0;
+    return result;
 }
 
 Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L)
@@ -84,7 +91,8 @@ Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const 
     const double tl = t.dot(L), tv = t.dot(V);
     // Of tangents around t the mean square cosine to L is (tl^2 (1 - s^2) + s^2) / (1 + 2 s^2).
     const double sine_square = (L - tl * t).lengthSqr(), s2 = lobe.spread_square;
-    Reflection result{lobe.alpha * std::sqrt((sine_square * (1 - s2) + 2 * s2) / (1 + 2 * s2)), 0};
+    Reflection result{lobe.alpha * std::sqrt((sine_square * (1 - s2) + 2 * s2) / (1 + 2 * s2)), 0,
+                      0};
     Vec3d Q = V + L;
     const double length = Q.length();
     if (lobe.beta == 0 || length < kDegenerate) return result;

@@ -3,8 +3,9 @@
 // and Sparrow 1967, Cook and Torrance 1981).
 //
 // All vectors have unit length and point away from the voxel: V to the eye, L to the light. The
-// result holds for a light of strength 1 that nothing attenuates: I = diffuse * c_b + specular * e.
-// It is finite and >= 0 for every input of unit length.
+// result holds for a light of strength 1 that nothing attenuates: I = diffuse * c_b + specular * e
+// + transmitted * c_t, where c_t is the transmission times c_b. It is finite and >= 0 for every
+// input of unit length.
 #pragma once
 
 #include "volcomp/volume/material.h"
@@ -12,9 +13,17 @@
 
 namespace volcomp {
 
-/// What a voxel sends to the eye, as weights of the body colour c_b and the specular colour e.
+/// What a voxel sends to the eye, as weights of the body colour c_b, the specular colour e and the
+/// transmitted colour c_t.
 struct Reflection {
-    double diffuse = 0, specular = 0;
+    double diffuse = 0, specular = 0, transmitted = 0;
+
+    /// The colour that is seen.
+    Vec3d colour(const Material& material, const Vec3d& body) const
+    {
+        return diffuse * body + specular * material.specular_colour
+            + transmitted * (material.transmission * body);
+    }
 };
 
 /// The constants of a material at one spread of directions, prepared for evaluation.
@@ -29,9 +38,13 @@ struct Lobe {
 /// gamma'^2 = gamma^2 + 2 ln2 k^2 spread^2, with k = 2 for fibres and 1 for surfaces, and lowers it
 /// by gamma / gamma' (MODEL section 8); the diffuse light of fibres follows it too (section 5). A
 /// gamma below 0.001 rad counts as 0.001 rad.
-Lobe makeLobe(const Material& material, double spread = 0);
+///
+/// `normalised` is for Scattering::multiple: the diffuse light of fibres is (10) over pi, so that a
+/// fibre sends out alpha c_b of the light that it takes (section 5b).
+Lobe makeLobe(const Material& material, double spread = 0, bool normalised = false);
 
-/// MODEL section 4. The normal has no preferred side: if N.V < 0, -N is meant.
+/// MODEL section 4. The normal has no preferred side: if N.V < 0, -N is meant. Light from the other
+/// side than V's is transmitted.
 Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d& L);
 
 /// As reflectSurface(), for a normal that has a side, such as a density's gradient: nothing is seen
@@ -43,7 +56,7 @@ Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const 
 Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L);
 
 /// For a voxel without direction: I = alpha c_b / 4.
-inline Reflection reflectIsotropic(const Lobe& lobe) { return {lobe.alpha / 4, 0}; }
+inline Reflection reflectIsotropic(const Lobe& lobe) { return {lobe.alpha / 4, 0, 0}; }
 
 /// The Fresnel reflectance F of unpolarised light for the cosine c of the angle of incidence and
 /// the refractive index n; 1 beyond the critical angle, 0 for n = 1.

@@ -47,6 +47,15 @@ Light readLight(TableReader& r, int index)
         * r.number(
             {"soft_angle_degrees", "degrees", "spot: width of the soft border inside the angle"}, 3,
             {0, 90});
+    l.disc = kDegree
+        * r.number(
+            {"disc_degrees", "degrees",
+             "directional: the whole angle of the disc that it shines from, for soft shadows; the sun's is 0.53"},
+            0, {0, 90});
+    l.radius =
+        r.number({"radius", "m",
+                  "all but directional: of the ball or the disc that shines, for soft shadows"},
+                 l.radius, kNotNegative);
     r.finish();
     return l;
 }

@@ -20,6 +20,10 @@ Material readMaterial(TableReader& r, const std::string& name)
     m.n = r.number({"n", "", "refractive index"}, m.n, {0.1, 10});
     m.specular_colour = r.colour({"specular_colour", "", "colour of the specular reflection, e"},
                                  m.specular_colour);
+    m.transmission = r.colour(
+        {"transmission", "",
+         "surface: factor on the voxel's colour that light from the other side is seen with; alpha + transmission <= 1"},
+        m.transmission);
     r.finish();
     r.check([&] { m.validate(); });
     return m;

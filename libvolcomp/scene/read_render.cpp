@@ -33,6 +33,10 @@ RenderParams readRender(TableReader& r)
         {"own_shade", "",
          "left_out: a strand or leaf does not shade itself, as far as its box knows which particles are its own; counted: all particles shade"},
         p.own_shade, kOwnShadeWords);
+    p.scattering = r.choice<Scattering>(
+        {"scattering", "",
+         "single: light is scattered once, as in the paper; multiple: any number of times, and fibres send out no more light than they take"},
+        p.scattering, kScatteringWords);
     p.cutoff = r.number(
         {"cutoff", "",
          "a ray ends as soon as less than this fraction of light passes; bounds the error relative to the brightest voxel"},

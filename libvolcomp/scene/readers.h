@@ -19,6 +19,7 @@
 #include "volcomp/surface/second_density.h"
 #include "volcomp/surface/surface.h"
 #include "volcomp/view/camera.h"
+#include "volcomp/view/dome.h"
 #include "volcomp/view/light.h"
 #include "volcomp/volume/material.h"
 
@@ -28,6 +29,7 @@ Material readMaterial(TableReader& table, const std::string& name); ///< [materi
 Camera readCamera(TableReader& table);                              ///< [camera]
 ComposeParams readCompose(TableReader& table);                      ///< [compose]
 RenderParams readRender(TableReader& table);                        ///< [render]
+Dome readDome(TableReader& table);                                  ///< [dome]
 
 /// Reads a [box.NAME] table with its levels. `materials` are those that its keys may name. Appends
 /// to `warnings` what may be a mistake.

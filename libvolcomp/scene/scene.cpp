@@ -128,6 +128,9 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     s.lights = copied(readLights(r));
     TableReader render = r.table({"render", "", "The picture and how it is computed"});
     s.render = readRender(render);
+    TableReader dome = r.table(
+        {"dome", "", "The sky: light from all directions, and what is seen behind everything"});
+    s.render.dome = readDome(dome);
     r.finish();
     return shared;
 }
@@ -162,6 +165,7 @@ std::vector<std::filesystem::path> usedFiles(const Scene& scene)
     const auto add = [&](const std::filesystem::path& file) {
         if (!file.empty()) files.push_back(file);
     };
+    add(scene.render.dome.file);
     const auto addMaps = [&](const std::vector<MapFactor>& maps) {
         for (const MapFactor& map : maps) add(map.image);
     };

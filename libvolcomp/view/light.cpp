@@ -24,6 +24,8 @@ void Light::validate() const
     if (kind == LightKind::spot
         && !(angle > 0 && angle <= kPi && soft_angle >= 0 && std::isfinite(soft_angle)))
         fail("0 < angle <= pi and soft_angle >= 0");
+    if (!(disc >= 0 && disc <= kPi)) fail("a disc of 0 to pi");
+    if (!(radius >= 0 && std::isfinite(radius))) fail("a finite radius >= 0");
 }
 
 Illumination illuminate(const Light& light, const Vec3d& p, double closest)

@@ -20,6 +20,8 @@ struct Light {
     Vec3d strength{1, 1, 1};   ///< linear RGB; at distance 1, unless the light is directional
     double angle = 0.5;        ///< spot: from its axis to where it is dark, radians
     double soft_angle = 0.05;  ///< spot: width of the border, inside `angle`, radians
+    double disc = 0;   ///< directional: whole angle of the disc that it shines from, radians
+    double radius = 0; ///< point, spot and patch: of the ball or disc that shines, world units
 
     /// Throws Error if a value is out of range or not finite, or a direction is not of unit length.
     void validate() const;

@@ -25,6 +25,9 @@ struct Material {
         0.2;         ///< half width at half maximum of the highlight, radians, clamped to >= 0.001
     double n = 1.55; ///< refractive index, > 0
     Vec3d specular_colour{1.0}; ///< e, linear RGB
+    /// Of kind surface alone: the factor kappa on the body colour that light from the other side is
+    /// seen with, linear RGB, >= 0; alpha + kappa <= 1 where it is not 0 (MODEL section 4).
+    Vec3d transmission{0.0};
 
     /// Throws Error if a value is out of range or not finite.
     void validate() const;

@@ -159,16 +159,54 @@ TEST(Surface, NormalsThatLieEvenlyShowWhatAMattSphereShows)
     const Vec3d V(0, 0, 1);
     for (const double angle : {0.0, 0.5, 1.0, kPi / 2, 2.0, 2.8, kPi}) {
         const Vec3d L(std::sin(angle), 0, std::cos(angle));
-        double sum = 0;
+        double sum = 0, behind = 0;
         constexpr int kSteps = 400;
         for (int i = 0; i < kSteps; ++i)
             for (int j = 0; j < kSteps; ++j) {
                 const double r = std::sqrt((i + 0.5) / kSteps), phi = 2 * kPi * (j + 0.5) / kSteps;
                 const Vec3d n(r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - r * r));
                 sum += std::max(0.0, n.dot(L)) / (kSteps * kSteps);
+                behind += std::max(0.0, -n.dot(L)) / (kSteps * kSteps);
             }
-        for (const Vec3d& N : {Vec3d(0, 0, 1), Vec3d(1, 0, 0), Vec3d(0.6, 0, 0.8)})
-            EXPECT_NEAR(reflectSurface(lobe, N, V, L).diffuse, sum, 2e-4) << angle;
+        for (const Vec3d& N : {Vec3d(0, 0, 1), Vec3d(1, 0, 0), Vec3d(0.6, 0, 0.8)}) {
+            const Reflection r = reflectSurface(lobe, N, V, L);
+            EXPECT_NEAR(r.diffuse, sum, 2e-4) << angle;
+            EXPECT_NEAR(r.transmitted, behind, 2e-4) << angle;
+        }
+    }
+}
+
+// MODEL section 5b: what a fibre and a leaf send out in all directions, over what they take of a
+// light of strength 1 (irradiance pi), is their albedo.
+TEST(Shade, NormalisedParticlesSendOutTheirAlbedo)
+{
+    Material fibre, leaf;
+    fibre.beta = leaf.beta = 0;
+    fibre.alpha = leaf.alpha = 0.6;
+    leaf.kind = MaterialKind::surface;
+    leaf.transmission = Vec3d(0.3, 0.2, 0);
+    const Lobe fibre_lobe = makeLobe(fibre, 0, true), leaf_lobe = makeLobe(leaf, 0, true);
+    EXPECT_DOUBLE_EQ(makeLobe(fibre).alpha, 0.6); // as printed
+    const Vec3d axis(0, 0, 1), body(0.5, 1, 0.8);
+    for (const double angle : {0.2, 0.9, 1.4}) {
+        const Vec3d L(std::sin(angle), 0, std::cos(angle));
+        Vec3d from_fibre(0.0), from_leaf(0.0);
+        constexpr int kSteps = 200;
+        for (int i = 0; i < kSteps; ++i)
+            for (int j = 0; j < kSteps; ++j) {
+                const double z = 2 * (i + 0.5) / kSteps - 1, phi = 2 * kPi * (j + 0.5) / kSteps,
+                             r = std::sqrt(1 - z * z), solid = 4 * kPi / (kSteps * kSteps);
+                const Vec3d V(r * std::cos(phi), r * std::sin(phi), z);
+                // Over the width, or the area, that is seen.
+                from_fibre += solid * r * reflectFibre(fibre_lobe, axis, V, L).colour(fibre, body);
+                from_leaf +=
+                    solid * std::abs(z) * reflectSurface(leaf_lobe, axis, V, L).colour(leaf, body);
+            }
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(from_fibre[c] / (kPi * std::sin(angle)), 0.6 * body[c], 1e-3);
+            EXPECT_NEAR(from_leaf[c] / (kPi * std::cos(angle)),
+                        (0.6 + leaf.transmission[c]) * body[c], 1e-3);
+        }
     }
 }
 

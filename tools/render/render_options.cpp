@@ -60,6 +60,8 @@ RenderOptions::RenderOptions(CLI::App& app)
               kExtinctionWords);
     addChoice(app, "--own-shade", m_own_shade, "Whether a strand's own particles shade it" + scenes,
               kOwnShadeWords);
+    addChoice(app, "--scattering", m_scattering,
+              "Whether light is scattered once or any number of times" + scenes, kScatteringWords);
     app.add_option(
            "--cutoff", m_cutoff,
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
@@ -101,6 +103,7 @@ void RenderOptions::apply(RenderParams& params) const
     params.filter = m_filter.value_or(params.filter);
     params.extinction = m_extinction.value_or(params.extinction);
     params.own_shade = m_own_shade.value_or(params.own_shade);
+    params.scattering = m_scattering.value_or(params.scattering);
     params.cutoff = m_cutoff.value_or(params.cutoff);
     params.lod = m_lod.value_or(params.lod);
     if (!m_background) params.background = Vec3d(0.0);

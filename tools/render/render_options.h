@@ -38,6 +38,7 @@ private:
     std::optional<Filter> m_filter;
     std::optional<Extinction> m_extinction;
     std::optional<OwnShade> m_own_shade;
+    std::optional<Scattering> m_scattering;
     std::optional<double> m_pixel_radius, m_step, m_cutoff;
     std::optional<bool> m_lod;
     bool m_background = true;

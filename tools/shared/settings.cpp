@@ -21,6 +21,7 @@ nlohmann::json settingsOf(const RenderParams& p)
             {"extinction", wordOf(kExtinctionWords, p.extinction)},
             {"shadows", wordOf(kShadowsWords, p.shadows)},
             {"own_shade", wordOf(kOwnShadeWords, p.own_shade)},
+            {"scattering", wordOf(kScatteringWords, p.scattering)},
             {"undirected", wordOf(kUndirectedWords, p.undirected)},
             {"aovs", p.aovs},
             {"background", colour(p.background)},

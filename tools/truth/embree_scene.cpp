@@ -146,6 +146,8 @@ struct EmbreeScene::Impl {
                         + (e == RTC_ERROR_OUT_OF_MEMORY ? ", out of memory" : ""));
     }
 
+    bool normalised() const { return exact.scene.render.scattering == Scattering::multiple; }
+
     RTCScene newScene() const
     {
         RTCScene scene = rtcNewScene(device);
@@ -196,7 +198,7 @@ struct EmbreeScene::Impl {
                 Source s;
                 s.segments = &part.segments;
                 s.material = &exact.material(part.material);
-                s.lobe = makeLobe(*s.material);
+                s.lobe = makeLobe(*s.material, 0, normalised());
                 for (std::uint32_t i = 0; i < part.segments.size(); ++i)
                     if (part.segments[i].flat() == flat) s.index.push_back(i);
                 if (s.index.empty()) continue;

@@ -57,10 +57,10 @@ Vec3d radianceOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& 
         if (!(in.weight > 0)) continue;
         const Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
                                        : reflectSurface(*hit.lobe, hit.direction, V, in.L);
-        if (!(f.diffuse > 0 || f.specular > 0)) continue;
+        const Vec3d colour = f.colour(material, hit.colour);
+        if (!(colour[0] + colour[1] + colour[2] > 0)) continue;
         if (shadows && embree.isOccluded(hit, in.L, in.distance)) continue;
-        sum += (f.diffuse * hit.colour + f.specular * material.specular_colour) * light.strength
-            * in.weight;
+        sum += colour * light.strength * in.weight;
     }
     return sum;
 }

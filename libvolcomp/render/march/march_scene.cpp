@@ -18,7 +18,8 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
 {
     for (const Material& m : materials)
         for (int code = 0; code < 64; ++code)
-            lobes.push_back(makeLobe(m, spreadOf(std::min(code, kSpreadCodes - 1))));
+            lobes.push_back(makeLobe(m, spreadOf(std::min(code, kSpreadCodes - 1)),
+                                     params.scattering == Scattering::multiple));
     for (Light& l : grid_lights) {
         l.position = tree.toCorner(l.position);
         l.direction = tree.directionToCorner(l.direction);

@@ -78,9 +78,8 @@ void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart&
         if (scene.params.shadows != Shadows::none)
             in.weight *= scene.tree.scatterRatio(seen.leaf, seen.voxel, V, L);
         const Reflection f = reflection(part, V, L);
-        shading.from_light[l] +=
-            (f.diffuse * content.colour + f.specular * material.specular_colour)
-            * scene.lights[l].strength * (in.weight * part.share);
+        shading.from_light[l] += f.colour(material, content.colour) * scene.lights[l].strength
+            * (in.weight * part.share);
     }
 }
 

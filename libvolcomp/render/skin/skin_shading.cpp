@@ -72,8 +72,8 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         const Illumination in = illuminate(scene.lights[l], hit.position, kClosest);
         if (!(in.weight > 0)) continue;
         const Reflection f = reflectSurface(lobe, hit.normal, V, in.L);
-        const Vec3d reflected = (f.diffuse * hit.colour + f.specular * material.specular_colour)
-            * scene.lights[l].strength * in.weight;
+        const Vec3d reflected =
+            f.colour(material, hit.colour) * scene.lights[l].strength * in.weight;
         if (!(reflected[0] + reflected[1] + reflected[2] > 0)) continue;
         double passes = 1;
         if (shadows)
