@@ -17,6 +17,7 @@
 #include "tools/shared/numbers.h"
 #include "tools/shared/scene_files.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/scene/scene_skins.h"
 #include "tools/shared/settings.h"
@@ -272,9 +273,9 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
-    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
+    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
         tool.warn(options.scene.string()
-                  + ": no [[light]] and no ambient light: the volume will be black");
+                  + ": no [[light]], no [dome] and no ambient light: the volume will be black");
     overrides.apply(scene.render);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);
@@ -283,6 +284,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 
     const fs::path volume = volumeOf(options);
     requireOutputs(tool, options, scene, volume);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     const std::string volume_recipe = checkedRecipe(tool, scene, volume, options.stale);
     seeToLevels(tool, options, scene.render, volume);
     const fs::path checkpoint = checkpointOf(options);

@@ -8,6 +8,7 @@ std::vector<NamedFile> filesOf(const Scene& scene)
     std::vector<NamedFile> files;
     for (const auto& file : scene.scene_files)
         files.push_back({file == scene.file ? "the scene" : "an included scene", file});
+    if (!scene.render.dome.file.empty()) files.push_back({"dome.image", scene.render.dome.file});
     const auto addMaps = [&](const std::string& key, const std::vector<MapFactor>& maps) {
         for (const MapFactor& map : maps)
             if (!map.image.empty()) files.push_back({key, map.image});
