@@ -14,7 +14,7 @@ namespace {
 
 bool shinesNowhere(const RenderParams& params, const std::vector<Light>& lights)
 {
-    return params.ambient == Vec3d(0.0)
+    return params.ambient == Vec3d(0.0) && params.dome.black()
         && std::all_of(lights.begin(), lights.end(),
                        [](const Light& l) { return l.strength == Vec3d(0.0); });
 }
@@ -121,9 +121,9 @@ void addSums(const RenderParams& params, std::size_t lights, RayExplanation& e)
     };
     for (const ExplainedInterval& interval : e.intervals) add(interval.lights, interval.ambient);
     if (e.skin) add(e.skin->lights, e.skin->ambient);
-    e.background = e.transmittance * params.background;
+    e.background = e.transmittance * params.backdrop(e.direction);
     e.radiance += e.ambient + e.background;
-    e.alpha = params.background.lengthSqr() > 0 ? 1 : 1 - e.transmittance;
+    e.alpha = params.hasBackdrop() ? 1 : 1 - e.transmittance;
 }
 
 } // namespace
@@ -157,6 +157,7 @@ RayExplanation explain(const std::vector<VoxelLevel>& levels,
     };
     Integrator::Scratch plain, observed;
     observed.observer = &observer;
+    plain.sample = observed.sample = sampleNumber(params, x, y, 0);
     std::optional<SeenSkin> skin;
     e.transmittance = tracer.trace(ray, plain, &skin).transmittance;
     if (skin) e.skin = explained(*skin, lights, *skins);

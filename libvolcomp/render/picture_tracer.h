@@ -17,6 +17,12 @@ namespace volcomp {
 /// The rectangle that is rendered: RenderParams::crop, or the whole picture.
 Crop pixelsOf(const RenderParams& params);
 
+/// The sample `number` of the pixel (x, y) of the whole picture.
+inline SampleNumber sampleNumber(const RenderParams& params, int x, int y, int number)
+{
+    return {static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(params.width) + x, number};
+}
+
 /// Traces the camera rays of one picture. Threads share it; each has its own Integrator::Scratch.
 class PictureTracer {
 public:

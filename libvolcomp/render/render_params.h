@@ -68,9 +68,15 @@ struct RenderParams {
     bool lod = false; ///< level of detail: coarser voxels where voxels are smaller than pixels
     Undirected undirected = Undirected::isotropic;
     bool aovs = false;   ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
-    Vec3d background{0}; ///< radiance behind everything, linear RGB
+    Vec3d background{0}; ///< radiance behind everything if no dome is seen, linear RGB
     Vec3d ambient{0};    ///< radiance from all around, linear RGB
     Dome dome;           ///< the sky and what else is far away; adds to `ambient`
+
+    /// Whether something is seen behind everything, so that alpha is 1: the dome, if it is visible
+    /// and shines, or the background.
+    bool hasBackdrop() const;
+    /// What is seen of it in the direction `d` (unit), linear RGB.
+    Vec3d backdrop(const Vec3d& d) const;
 
     /// Throws Error if a value is out of range or not finite.
     void validate() const;

@@ -31,7 +31,7 @@ TileRenderer::TileRenderer(const PictureTracer& tracer, const std::vector<Light>
     : m_tracer(tracer), m_sampler(tracer.params()), m_lights(lights.size()),
       m_channels(channelNames(tracer.params(), lights)),
       m_columns((tracer.crop().width + kTile - 1) / kTile),
-      m_has_background(tracer.params().background.lengthSqr() > 0), m_state(state)
+      m_has_background(tracer.params().hasBackdrop()), m_state(state)
 {
     const Crop& crop = tracer.crop();
     const std::size_t values = std::size_t(crop.width) * crop.height * m_channels.size(),
@@ -91,8 +91,12 @@ void TileRenderer::addSample(int x, int y, int s, Integrator::Scratch& scratch)
         for (int c = 0; c < 3; ++c) sum[channel + c] += v[c];
     };
     const Vec3d at = m_sampler.position(crop.x + x, crop.y + y, s);
-    const RaySample sample = m_tracer.trace(m_tracer.ray(at[0], at[1]), scratch);
-    add(0, sample.radiance + sample.transmittance * params.background);
+    const CameraRay ray = m_tracer.ray(at[0], at[1]);
+    scratch.sample = sampleNumber(params, crop.x + x, crop.y + y, s);
+    const RaySample sample = m_tracer.trace(ray, scratch);
+    add(0, sample.radiance);
+    if (m_has_background && sample.transmittance > 0)
+        add(0, sample.transmittance * params.backdrop(ray.direction));
     sum[3] += m_has_background ? 1 : 1 - sample.transmittance;
     if (!params.aovs) return;
     sum[4] += sample.depth;

@@ -67,8 +67,10 @@ RenderOptions::RenderOptions(CLI::App& app)
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
                + scenes)
         ->check(realNumber(0, 0.99));
-    app.add_flag("!--no-background", m_background,
-                 "Nothing behind the volume: black there, and alpha 0, whatever the scene says");
+    app.add_flag(
+        "!--no-background", m_background,
+        "Nothing behind the volume: black there, and alpha 0, whatever the scene says; a dome "
+        "still shines");
     app.add_flag_function(
         "--lod,!--no-lod", [this](std::int64_t n) { m_lod = n > 0; },
         "Coarser voxels where they are smaller than pixels" + scenes);
@@ -106,7 +108,9 @@ void RenderOptions::apply(RenderParams& params) const
     params.scattering = m_scattering.value_or(params.scattering);
     params.cutoff = m_cutoff.value_or(params.cutoff);
     params.lod = m_lod.value_or(params.lod);
-    if (!m_background) params.background = Vec3d(0.0);
+    if (m_background) return;
+    params.background = Vec3d(0.0);
+    params.dome.visible = false; // it goes on shining
 }
 
 } // namespace volcomp

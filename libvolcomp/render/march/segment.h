@@ -78,8 +78,15 @@ struct LightOnRay {
     std::optional<Approximate> approximate;
 };
 
+/// Which sample of a picture a ray is: what it draws at random is a function of this.
+struct SampleNumber {
+    std::uint64_t pixel = 0; ///< row by row over the whole picture
+    int number = 0;          ///< of the pixel's samples
+};
+
 /// What a thread keeps while it traces rays. Each thread has its own.
 struct RayScratch {
+    SampleNumber sample; ///< the ray's; whoever traces it sets it
     RayCounts counts;
     std::vector<Vec3d> light_radiance;     ///< by light: its part of RaySample::radiance; with aovs
     const RayObserver* observer = nullptr; ///< called for each segment, if set
