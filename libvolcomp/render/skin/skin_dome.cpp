@@ -110,16 +110,19 @@ std::pair<double, double> evenPlace(std::uint64_t key, int number)
 
 } // namespace
 
+int skinDirections(int samples) { return std::clamp((32 + samples - 1) / samples, 4, 8); }
+
 DomeLight domeLight(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hit,
                     const SampleNumber& sample, double weight, RayCounts& counts)
 {
     SkinSurroundings around(scene, skins, counts);
-    const int directions = std::clamp(int(std::ceil(weight * kSkinDirections)), 1, kSkinDirections);
+    const int most = skinDirections(scene.params.samples),
+              directions = std::clamp(int(std::ceil(weight * most)), 1, most);
     const auto mean = [&](const Side& side, std::uint64_t which) {
         const std::uint64_t pixel = hashKey(sample.pixel, which);
         Vec3d sum(0.0);
         for (int k = 0; k < directions; ++k) {
-            const int number = sample.number * kSkinDirections + k;
+            const int number = sample.number * most + k;
             const auto [u, v] = evenPlace(pixel, number);
             sum += around.radiance(side.start, cosineDirection(side, u, v),
                                    hashKey(pixel, std::uint64_t(number) + 1));

@@ -8,8 +8,9 @@
 
 namespace volcomp {
 
-/// Directions that each sample of a pixel looks in from a skin.
-constexpr int kSkinDirections = 8;
+/// Directions that a pixel with these samples looks in from a skin, for each sample: 32 in all, but
+/// 4 to 8 a sample.
+int skinDirections(int samples);
 
 /// The light from all around on the two sides of a skin: irradiance over pi, so that a white
 /// diffuse surface shows it.
@@ -18,12 +19,12 @@ struct DomeLight {
     Vec3d back{0.0};  ///< of the other; only if the material transmits light
 };
 
-/// Finds it at a hit: the mean over kSkinDirections directions, distributed as their cosine, and as
-/// many on the other side; fewer if `weight`, the share of the pixel that shows the hit, is small.
-/// The directions are those of SampleNumber, so that the samples of a pixel share them out evenly.
-/// With shadows, skins and the volume stand in the way. What a direction meets is black with
-/// Scattering::single; with `multiple` a skin shows what it gets of this light itself, found along
-/// a path that goes on from there.
+/// Finds it at a hit: the mean over skinDirections() directions, distributed as their cosine, and
+/// as many on the other side; fewer if `weight`, the share of the pixel that shows the hit, is
+/// small. The directions are those of SampleNumber, so that the samples of a pixel share them out
+/// evenly. With shadows, skins and the volume stand in the way. What a direction meets is black
+/// with Scattering::single; with `multiple` a skin shows what it gets of this light itself, found
+/// along a path that goes on from there.
 DomeLight domeLight(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hit,
                     const SampleNumber& sample, double weight, RayCounts& counts);
 
