@@ -13,6 +13,8 @@
 namespace volcomp {
 namespace {
 
+/// Most texels of an image whose display window is more than its data.
+constexpr double kMostBorder = 1e8;
 constexpr int kCoarseHeight = 32; ///< texels of 5.6 degrees
 
 /// Which channels are red, green and blue.
@@ -101,6 +103,11 @@ DomeImage readDomeImage(const std::filesystem::path& file)
         throw fileError(file, "", "an image all around, twice as wide as high",
                         fmt::format("{} x {} pixels", image.width, image.height),
                         "Save it as a lat-long (equirectangular) panorama.");
+    const double texels = double(image.width) * image.height;
+    if (texels > std::max(kMostBorder, 8.0 * double(image.pixels.size())))
+        throw fileError(file, "", "pixels in most of the picture",
+                        "a display window that is much larger than the data",
+                        "Write the picture without cutting its border off.");
     const Colours rgb = coloursOf(file, image);
     checkValues(file, image, rgb);
     makeLinear(image);

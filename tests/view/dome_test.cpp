@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/message_of.h"
@@ -173,6 +174,16 @@ TEST(Dome, OfImagesThatAreNoSkiesNamesFileAndPlace)
     two.channels = {"R", "G"};
     two.pixels.resize(64);
     EXPECT_NE(message(two).find("expected one channel (grey) or red, green and blue, found 2"),
+              std::string::npos);
+    OIIO::ImageSpec spec(4, 2, 3, OIIO::TypeDesc::FLOAT);
+    spec.full_width = 40000;
+    spec.full_height = 20000;
+    const auto out = OIIO::ImageOutput::create("exr");
+    const std::vector<float> ones(24, 1.0f);
+    ASSERT_TRUE(out->open((folder / "window.exr").string(), spec)
+                && out->write_image(OIIO::TypeDesc::FLOAT, ones.data()) && out->close());
+    Dome window = domeOf(folder / "window.exr");
+    EXPECT_NE(messageOf([&] { loadDome(window); }).find("much larger than the data"),
               std::string::npos);
     Dome missing = domeOf(folder / "none.exr");
     EXPECT_NE(messageOf([&] { loadDome(missing); }).find("none.exr"), std::string::npos);
