@@ -23,8 +23,8 @@ struct DomeLight {
 /// as many on the other side; fewer if `weight`, the share of the pixel that shows the hit, is
 /// small. The directions are those of SampleNumber, so that the samples of a pixel share them out
 /// evenly. With shadows, skins and the volume stand in the way. What a direction meets is black
-/// with Scattering::single; with `multiple` a skin shows what it gets of this light itself, found
-/// along a path that goes on from there.
+/// with Scattering::single; with `multiple` it is what a path brings that goes on from there
+/// (sky_path.h).
 DomeLight domeLight(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hit,
                     const SampleNumber& sample, double weight, RayCounts& counts);
 

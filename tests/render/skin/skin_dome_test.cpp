@@ -187,9 +187,41 @@ TEST(SkinDome, FogKeepsItsLightAway)
         const double mu = (i + 0.5) / 10000;
         expected += 2 * mu * std::exp(-depth / mu) / 10000;
     }
-    const RenderParams params = underDome(1, Scattering::single, 16);
-    const Figures figures(show(*wall, params, fromFront(0.5, 0.2), fog), expected);
-    EXPECT_NEAR(figures.mean, expected, 0.005);
+    Material black;
+    black.alpha = 0;
+    for (const Scattering scattering : kBoth) {
+        const Image image = render(fog, {black}, fromFront(0.5, 0.2), {},
+                                   underDome(1, scattering, 16), {}, nullptr, wall.get());
+        EXPECT_NEAR(Figures(image, expected).mean, expected, 0.006);
+    }
+}
+
+// White fibres, leaves and fog on a white wall, seen from below them: all light comes through in
+// the end.
+TEST(SkinDome, InTheWhiteFurnaceAWallUnderFurIsOne)
+{
+    const auto wall =
+        tracerOf(skinMesh(squareMesh(Vec3d(0.0), Vec3d(0, 0, 1), 40), wallMaterial(1)));
+    for (const MaterialKind kind : {MaterialKind::fibre, MaterialKind::surface})
+        for (const bool directed : {false, true}) {
+            Volume volume = emptyVolume(1.0 / 8);
+            VolumePart& part = volume.parts[0];
+            part.kind = kind;
+            const openvdb::CoordBBox box({-160, -160, 4}, {159, 159, 11});
+            part.density->fill(box, 2.0f, true);
+            if (directed) {
+                part.direction = openvdb::Vec3SGrid::create();
+                part.direction->setTransform(part.density->transformPtr());
+                part.direction->fill(box, openvdb::Vec3s(0.6f, 0, 0.7f), true); // a spread, too
+            }
+            Material white;
+            white.kind = kind;
+            white.alpha = kind == MaterialKind::fibre ? 1 : 0.6;
+            if (kind == MaterialKind::surface) white.transmission = Vec3d(0.4);
+            const Image image = render(volume, {white}, fromFront(0.5, 0.2), {},
+                                       underDome(1, Scattering::multiple), {}, nullptr, wall.get());
+            EXPECT_NEAR(Figures(image, 1).mean, 1, 1e-3);
+        }
 }
 
 // The same pixels for any number of threads and in any part of the picture.
