@@ -18,7 +18,7 @@
 #include "tools/shared/process.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/atomic_file.h"
@@ -256,7 +256,7 @@ Scene sceneOf(Tool& tool, const Options& options, std::initializer_list<const ch
     leaveOut(scene, options.leave_out);
     std::vector<NamedFile> outputs;
     for (const char* name : names) outputs.push_back({"-o", options.directory / name});
-    tool.requireFiles(filesOf(scene), outputs);
+    tool.requireFiles(inputsOf(scene), outputs);
     for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     return scene;
 }

@@ -15,7 +15,7 @@
 #include "volcomp/render/render.h"
 #include "tools/render/render_options.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "volcomp/scene/scene.h"
 #include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
@@ -181,7 +181,7 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
                     const fs::path& volume)
 {
     constexpr int kMostLevels = 32; // more than any volume has
-    std::vector<NamedFile> inputs = filesOf(scene), outputs;
+    std::vector<NamedFile> inputs = inputsOf(scene), outputs;
     inputs.push_back({"the volume", volume});
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     outputs.push_back({"--preview", options.preview});

@@ -10,7 +10,7 @@
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
 #include "tools/shared/picture_error.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/tool.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/error.h"
@@ -38,7 +38,7 @@ Scene sceneOf(const Tool& tool, const Options& options)
 {
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
-    std::vector<NamedFile> outputs, inputs = filesOf(scene);
+    std::vector<NamedFile> outputs, inputs = inputsOf(scene);
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     inputs.push_back({"--compare", options.compared});
     tool.requireFiles(inputs, outputs);
