@@ -32,6 +32,14 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
     if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
 }
 
+bool MarchScene::wantsOpenness() const
+{
+    return params.shadows != Shadows::none
+        && (params.scattering == Scattering::multiple || hasSky());
+}
+
+void MarchScene::setOpenness(const Openness& the_openness) { openness = &the_openness; }
+
 double MarchScene::darkest() const
 {
     constexpr double kWithoutCutoff = 12; // e^-12 is 6e-6
