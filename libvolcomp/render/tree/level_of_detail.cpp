@@ -79,7 +79,7 @@ void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     const Integrator& integrator = *level.integrator;
     level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(),
-                                                      integrator.darkest(),
+                                                      integrator.scene().darkestToLight(),
                                                       m_params.extinction == Extinction::directed);
     level.integrator->useSweep(*level.sweep);
 }
