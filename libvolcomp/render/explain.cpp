@@ -15,7 +15,7 @@ namespace {
 
 bool shinesNowhere(const RenderParams& params, const std::vector<Light>& lights)
 {
-    return params.ambient == Vec3d(0.0) && params.haze.none()
+    return params.ambient == Vec3d(0.0) && params.dome.black() && params.haze.none()
         && std::all_of(lights.begin(), lights.end(),
                        [](const Light& l) { return l.strength == Vec3d(0.0); });
 }
@@ -123,10 +123,10 @@ void addSums(const RenderParams& params, std::size_t lights, const HazeRay& haze
     for (const ExplainedInterval& interval : e.intervals) add(interval.lights, interval.ambient);
     if (e.skin) add(e.skin->lights, e.skin->ambient);
     const double clear = haze.transmittance(kInfinity);
-    e.background = e.transmittance * clear * params.background;
+    e.background = e.transmittance * clear * params.backdrop(e.direction);
     e.haze += e.transmittance * (1 - clear) * haze.colour();
     e.radiance += e.ambient + e.background + e.haze;
-    e.alpha = params.background.lengthSqr() > 0 ? 1 : 1 - e.transmittance * clear;
+    e.alpha = params.hasBackdrop() ? 1 : 1 - e.transmittance * clear;
 }
 
 } // namespace
@@ -162,6 +162,7 @@ RayExplanation explain(const std::vector<VoxelLevel>& levels,
     };
     Integrator::Scratch plain, observed;
     observed.observer = &observer;
+    plain.sample = observed.sample = sampleNumber(params, x, y, 0);
     std::optional<SeenSkin> skin;
     const RaySample sample = tracer.trace(ray, plain, &skin);
     e.transmittance = sample.transmittance;

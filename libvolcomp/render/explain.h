@@ -80,7 +80,7 @@ struct RayExplanation {
     std::vector<Vec3d> light_sums;     ///< by light
     Vec3d ambient{0.0};                ///< sum
     double transmittance = 1;          ///< to the ray's end
-    Vec3d background{0.0};             ///< what the background adds
+    Vec3d background{0.0};             ///< what the dome or the background adds
     Vec3d haze{0.0};                   ///< what the haze adds before all of these
     Vec3d radiance{0.0};               ///< sum of all: the pixel's R, G, B
     double alpha = 0;                  ///< the pixel's A

@@ -35,6 +35,8 @@ struct RenderStats {
     std::size_t skin_shadow_bytes = 0; ///< memory of the skins' shadows on the volume
     std::vector<LightShare> lights;    ///< by light; of the samples that this call has traced
     double ambient_seen = 0;           ///< share of the light that comes from all around
+    std::size_t openness_bytes = 0;    ///< memory of the coarse cells that say how open places are
+    double openness_seconds = 0;       ///< wall time that making them took, of prepare_seconds
     double prepare_seconds = 0, march_seconds = 0; ///< wall time
 };
 

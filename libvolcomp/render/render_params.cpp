@@ -7,6 +7,16 @@
 
 namespace volcomp {
 
+bool RenderParams::hasBackdrop() const
+{
+    return (dome.visible && !dome.black()) || background.lengthSqr() > 0;
+}
+
+Vec3d RenderParams::backdrop(const Vec3d& d) const
+{
+    return dome.visible && !dome.black() ? dome.seen(d) : background;
+}
+
 void RenderParams::validate() const
 {
     const auto fail = [](const char* expected) {

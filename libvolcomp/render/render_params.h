@@ -74,10 +74,16 @@ struct RenderParams {
     /// Adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light and of ambient,
     /// background and haze.
     bool aovs = false;
-    Vec3d background{0}; ///< radiance behind everything, linear RGB
+    Vec3d background{0}; ///< radiance behind everything if no dome is seen, linear RGB
     Vec3d ambient{0};    ///< radiance from all around, linear RGB
     Dome dome;           ///< the sky and what else is far away; adds to `ambient`
     Haze haze;           ///< air between the eye and what it sees; lights are not weakened by it
+
+    /// Whether something is seen behind everything, so that alpha is 1: the dome, if it is visible
+    /// and shines, or the background.
+    bool hasBackdrop() const;
+    /// What is seen of it in the direction `d` (unit), linear RGB.
+    Vec3d backdrop(const Vec3d& d) const;
 
     /// Throws Error if a value is out of range or not finite.
     void validate() const;

@@ -35,7 +35,7 @@ TileRenderer::TileRenderer(const PictureTracer& tracer, const std::vector<Light>
     : m_tracer(tracer), m_sampler(tracer.params()), m_lights(lights.size()),
       m_channels(channelNames(tracer.params(), lights)),
       m_columns((tracer.crop().width + kTile - 1) / kTile),
-      m_has_background(tracer.params().background.lengthSqr() > 0), m_state(state)
+      m_has_background(tracer.params().hasBackdrop()), m_state(state)
 {
     const Crop& crop = tracer.crop();
     const std::size_t values = std::size_t(crop.width) * crop.height * m_channels.size(),
@@ -95,13 +95,18 @@ void TileRenderer::addSample(int x, int y, int s, Integrator::Scratch& scratch)
         for (int c = 0; c < 3; ++c) sum[channel + c] += v[c];
     };
     const Vec3d at = m_sampler.position(crop.x + x, crop.y + y, s);
+    const CameraRay ray = m_tracer.ray(at[0], at[1]);
+    scratch.sample = sampleNumber(params, crop.x + x, crop.y + y, s);
     const int part = lightPart(crop.x + x, crop.y + y, s, params.samples, m_tracer.lightParts());
-    const RaySample sample = m_tracer.trace(m_tracer.ray(at[0], at[1]), scratch, nullptr, part);
-    const double clear = scratch.haze.transmittance(kInfinity);
-    const Vec3d background = sample.transmittance * clear * params.background,
-                haze = sample.haze + sample.transmittance * (1 - clear) * scratch.haze.colour();
+    const RaySample sample = m_tracer.trace(ray, scratch, nullptr, part);
+    const double clear = scratch.haze.transmittance(kInfinity),
+                 behind = sample.transmittance * clear;
+    const Vec3d background = m_has_background && behind > 0
+        ? Vec3d(behind * params.backdrop(ray.direction))
+        : Vec3d(0.0);
+    const Vec3d haze = sample.haze + sample.transmittance * (1 - clear) * scratch.haze.colour();
     add(0, sample.radiance + background + haze);
-    sum[3] += m_has_background ? 1 : 1 - sample.transmittance * clear;
+    sum[3] += m_has_background ? 1 : 1 - behind;
     if (!params.aovs) return;
     sum[4] += sample.depth;
     add(5, sample.normal);

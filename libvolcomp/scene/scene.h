@@ -47,8 +47,8 @@ struct Scene {
 /// mesh and no image.
 Scene readScene(const std::filesystem::path& file);
 
-/// Returns every file that the scene names, sorted and without repetition: its scene_files, and the
-/// meshes and images of its surfaces and layers. They need not exist.
+/// Returns every file that the scene names, sorted and without repetition: its scene_files, and
+/// the meshes and images of its tables. They need not exist.
 std::vector<std::filesystem::path> usedFiles(const Scene& scene);
 
 /// Takes a surface and the layers on it out of a scene. Returns false, and leaves the scene as it

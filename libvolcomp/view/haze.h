@@ -31,6 +31,12 @@ public:
     double depth(double distance) const;
     /// What it lets through of that way, 0 to 1.
     double transmittance(double distance) const;
+    /// What is seen of `radiance` that comes from a distance, through the haze.
+    Vec3d seen(const Vec3d& radiance, double distance) const
+    {
+        const double clear = transmittance(distance);
+        return clear * radiance + (1 - clear) * m_colour;
+    }
     const Vec3d& colour() const { return m_colour; } ///< Haze::colour
 
 private:

@@ -75,8 +75,10 @@ RenderOptions::RenderOptions(CLI::App& app)
         ->check(realNumber(-100, 100));
     addChoice(app, "--tone", m_tone, "How PNG and previews show what is bright" + scenes,
               kToneWords);
-    app.add_flag("!--no-background", m_background,
-                 "Nothing behind the volume: black there, and alpha 0, whatever the scene says");
+    app.add_flag(
+        "!--no-background", m_background,
+        "Nothing behind the volume: black there, and alpha 0, whatever the scene says; a dome "
+        "still shines");
     app.add_flag_function(
         "--lod,!--no-lod", [this](std::int64_t n) { m_lod = n > 0; },
         "Coarser voxels where they are smaller than pixels" + scenes);
@@ -121,7 +123,9 @@ void RenderOptions::apply(RenderParams& params) const
     params.scattering = m_scattering.value_or(params.scattering);
     params.cutoff = m_cutoff.value_or(params.cutoff);
     params.lod = m_lod.value_or(params.lod);
-    if (!m_background) params.background = Vec3d(0.0);
+    if (m_background) return;
+    params.background = Vec3d(0.0);
+    params.dome.visible = false; // it goes on shining
 }
 
 } // namespace volcomp

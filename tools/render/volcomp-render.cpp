@@ -16,8 +16,9 @@
 #include "tools/render/light_report.h"
 #include "tools/render/render_options.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/scene/scene_skins.h"
 #include "tools/shared/settings.h"
@@ -184,7 +185,7 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
                     const fs::path& volume)
 {
     constexpr int kMostLevels = 32; // more than any volume has
-    std::vector<NamedFile> inputs = filesOf(scene), outputs;
+    std::vector<NamedFile> inputs = inputsOf(scene), outputs;
     inputs.push_back({"the volume", volume});
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     outputs.push_back({"--preview", options.preview});
@@ -266,6 +267,8 @@ nlohmann::json asJson(const RenderStats& stats, const std::vector<VoxelLevel>& l
             {"active_voxels", stats.active_voxels},
             {"volume_bytes", bytes},
             {"skin_shadow_bytes", stats.skin_shadow_bytes},
+            {"openness_bytes", stats.openness_bytes},
+            {"openness_seconds", stats.openness_seconds},
             {"prepare_seconds", stats.prepare_seconds},
             {"march_seconds", stats.march_seconds}};
 }
@@ -276,9 +279,9 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
-    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
+    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
         tool.warn(options.scene.string()
-                  + ": no [[light]] and no ambient light: the volume will be black");
+                  + ": no [[light]], no [dome] and no ambient light: the volume will be black");
     overrides.apply(scene.render);
     overrides.apply(scene.look);
     if (!options.explain.empty()) {
@@ -288,6 +291,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 
     const fs::path volume = volumeOf(options);
     requireOutputs(tool, options, scene, volume);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     const std::string volume_recipe = checkedRecipe(tool, scene, volume, options.stale);
     seeToLevels(tool, options, scene.render, volume);
     const fs::path checkpoint = checkpointOf(options);
@@ -316,6 +320,9 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
+    if (stats.openness_bytes > 0)
+        tool.say(fmt::format("openness: {:.1f} MB in {:.2f} s", 1e-6 * double(stats.openness_bytes),
+                             stats.openness_seconds));
     // The volume's own identity differs between machines; its recipe does not.
     nlohmann::json ingredients = fingerprint;
     ingredients["volume"] = volume_recipe.empty() ? fingerprint["volume"].dump() : volume_recipe;

@@ -77,7 +77,7 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
                                   : "expected at least 1 sample");
     const CameraRays rays(scene.camera, render.width, render.height);
     const PixelSampler filter(render);
-    const bool backed = render.background.lengthSqr() > 0; // as render(): alpha is 1 then
+    const bool backed = render.hasBackdrop(); // as render(): alpha is 1 then
     const int first_samples = params.halves ? params.samples / 2 : params.samples,
               second_samples = params.samples - first_samples;
 
@@ -88,7 +88,7 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
             const CameraRay ray = rays.ray(x + 0.5 + filter.warp(u), y + 0.5 + filter.warp(v));
             const auto hit = embree.hit(ray.origin, ray.direction);
             const Vec3d seen = hit ? radianceOf(embree, scene, *hit, -ray.direction, params.shadows)
-                                   : render.background;
+                                   : render.backdrop(ray.direction);
             for (int c = 0; c < 3; ++c) sums[c] += seen[c];
             sums[3] += hit || backed;
         }

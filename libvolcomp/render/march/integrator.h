@@ -41,6 +41,10 @@ public:
         m_scene.useLights(lights, shadows);
     }
 
+    /// Lets light be scattered more than once, and what comes from all around be blocked. It must
+    /// outlive this.
+    void useOpenness(const Openness& openness) { m_scene.setOpenness(openness); }
+
     /// All that rays through the tree share.
     const MarchScene& scene() const { return m_scene; }
 

@@ -24,7 +24,7 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
     std::iota(own.begin(), own.end(), 0);
     useLights(the_lights, own);
     const auto black = [](const Vec3d& v) { return v == Vec3d(0.0); };
-    transmits_only = !params.aovs && params.haze.none() && black(params.ambient)
+    transmits_only = !params.aovs && params.haze.none() && !hasSky()
         && std::all_of(lights.begin(), lights.end(),
                        [&](const Light& l) { return black(l.strength); });
     if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
@@ -42,6 +42,14 @@ void MarchScene::useLights(const std::vector<Light>& the_lights,
         light_rays.emplace_back(tree, Vec3d(0.0), -l.direction, 0);
     }
 }
+
+bool MarchScene::wantsOpenness() const
+{
+    return params.shadows != Shadows::none
+        && (params.scattering == Scattering::multiple || hasSky());
+}
+
+void MarchScene::setOpenness(const Openness& the_openness) { openness = &the_openness; }
 
 double MarchScene::darkest() const
 {

@@ -10,6 +10,7 @@
 #include "volcomp/render/render_params.h"
 #include "volcomp/render/shade.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/sky/openness.h"
 #include "volcomp/render/tree/dual_tree.h"
 #include "volcomp/render/tree/voxel_tree.h"
 #include "volcomp/view/light.h"
@@ -37,10 +38,22 @@ struct MarchScene {
     /// The optical depth behind which nothing matters.
     double darkest() const;
 
+    /// Whether anything comes from all around: RenderParams::ambient or its dome.
+    bool hasSky() const { return !params.dome.black() || params.ambient != Vec3d(0.0); }
+    /// Whether the settings ask for setOpenness(); without, light is scattered once and what comes
+    /// from all around is not blocked.
+    bool wantsOpenness() const;
+    /// It must outlive this.
+    void setOpenness(const Openness& openness);
+
     const VoxelTree& tree;
     std::shared_ptr<const DualTree> dual; ///< set if and only if the filter is trilinear
     const ShadowSweep* sweep = nullptr;   ///< swept light, or nullptr if rays are to find all light
     const SkinShadow* skin_shadow = nullptr; ///< of the skins on the volume, or nullptr: none
+    const Openness* openness = nullptr;      ///< of the volume and the skins, or nullptr
+    /// With hasSky(): by direction of `openness`, its weight times the mean radiance of the
+    /// directions that are nearest to it.
+    std::array<Vec3f, Openness::kDirections> sky;
     RenderParams params;
     std::vector<Material> materials;  ///< by part
     std::vector<Lobe> lobes;          ///< 64 for each part, see lobe()

@@ -87,8 +87,15 @@ struct LightSum {
     double arrived = 0; ///< what it shows
 };
 
+/// Which sample of a picture a ray is: what it draws at random is a function of this.
+struct SampleNumber {
+    std::uint64_t pixel = 0; ///< row by row over the whole picture
+    int number = 0;          ///< of the pixel's samples
+};
+
 /// What a thread keeps while it traces rays. Each thread has its own.
 struct RayScratch {
+    SampleNumber sample; ///< the ray's; whoever traces it sets it
     RayCounts counts;
     std::vector<LightSum> light_sums;      ///< by light, of all rays so far
     double ambient_sum = 0;                ///< of RaySample::ambient, R + G + B

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/skin/skin_dome.h"
 
 namespace volcomp {
 namespace {
@@ -59,8 +60,10 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
     const double clear = scratch.haze.transmittance(hit.distance);
     const Material& material = skins.meshes()[hit.skin].material;
     const Lobe lobe = makeLobe(material);
+    const DomeLight around = domeLight(scene, skins, hit, scratch.sample, weight, scratch.counts);
     const Vec3d albedo = material.alpha * hit.colour,
-                ambient = weight * clear * albedo * scene.params.ambient;
+                ambient = weight * clear
+        * (albedo * around.front + material.transmission * hit.colour * around.back);
     sample.radiance += ambient;
     sample.ambient += ambient;
     sample.haze += weight * (1 - clear) * scratch.haze.colour();
@@ -79,9 +82,10 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         const Vec3d reflected =
             f.colour(material, hit.colour) * scene.lights[l].strength * in.weight;
         if (!(reflected[0] + reflected[1] + reflected[2] > 0)) continue;
+        const Vec3d& start = in.L.dot(hit.normal) > 0 ? hit.start : hit.back_start;
         double passes = 1;
         if (shadows)
-            passes = skins.isOccluded(hit.start, in.L, in.distance)
+            passes = skins.isOccluded(start, in.L, in.distance)
                 ? 0
                 : throughVolume(scene, l, at, in, weight, scratch.counts);
         const Vec3d offered = weight * clear * reflected,

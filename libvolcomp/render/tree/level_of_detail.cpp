@@ -7,6 +7,8 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "volcomp/base/clock.h"
+
 namespace volcomp {
 
 LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
@@ -26,10 +28,24 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
                 std::make_unique<const SkinShadow>(*m_skins, *l.tree, m_soft.all(), params.shadows);
             l.integrator->useSkinShadow(*l.skin_shadow);
         }
-        for (int part = 1; part < m_soft.parts(); ++part) // last: they copy all that is above
+    }
+    makeOpenness();
+    for (Level& l : m_levels) // last: they copy all that is above
+        for (int part = 1; part < m_soft.parts(); ++part)
             l.other_parts.emplace_back(*l.integrator)
                 .useLights(m_soft.lights(part), m_soft.numbers(part));
-    }
+}
+
+void LevelOfDetail::makeOpenness()
+{
+    if (m_levels.empty() || !m_levels[0].integrator->scene().wantsOpenness()) return;
+    const double start = wallSeconds();
+    const MarchScene& finest = m_levels[0].integrator->scene();
+    // Light from all around and skins ask for directions, multiple scattering for P alone.
+    m_openness = std::make_unique<const Openness>(finest.tree, finest.extinction, m_skins,
+                                                  finest.hasSky() || m_skins);
+    for (Level& l : m_levels) l.integrator->useOpenness(*m_openness);
+    m_openness_seconds = wallSeconds() - start;
 }
 
 // Marks what a ray sees of a level: the volume as far as a skin, and the leaf in which that lies.

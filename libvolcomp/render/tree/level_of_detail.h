@@ -16,9 +16,10 @@
 #include "volcomp/view/camera.h"
 #include "volcomp/render/march/integrator.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
-#include "volcomp/render/soft_lights.h"
+#include "volcomp/render/sky/openness.h"
 #include "volcomp/render/skin/skin_shading.h"
 #include "volcomp/render/skin/skin_shadow.h"
+#include "volcomp/render/soft_lights.h"
 #include "volcomp/render/tree/voxel_levels.h"
 
 namespace volcomp {
@@ -45,6 +46,8 @@ public:
     int lightParts() const { return m_soft.parts(); }
 
     std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
+    const Openness* openness() const { return m_openness.get(); } ///< null if nothing asks for it
+    double opennessSeconds() const { return m_openness_seconds; } ///< wall time that it took
 
 private:
     struct Level : VoxelLevel {
@@ -58,6 +61,7 @@ private:
         std::unique_ptr<const ShadowSweep> sweep;
         std::unique_ptr<const SkinShadow> skin_shadow;
     };
+    void makeOpenness();
     void sweep(Level& level, const CameraRays& rays, const Crop& crop);
     void markLeaves(const Level& level, const CameraRay& ray, std::vector<float>& seen) const;
 
@@ -65,6 +69,8 @@ private:
     SoftLights m_soft;
     RenderParams m_params;
     const SkinTracer* m_skins;
+    std::unique_ptr<const Openness> m_openness; ///< of the finest level, for all of them
+    double m_openness_seconds = 0;
     std::deque<Level> m_levels;
 };
 
