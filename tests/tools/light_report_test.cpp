@@ -38,6 +38,14 @@ TEST(LightReport, SaysWhatArrives)
                   "shines on lies deep in the shade of others"}));
 }
 
+TEST(LightReport, SaysThatNothingArrives)
+{
+    RenderStats dark = stats();
+    dark.lights[2].arrives = 0;
+    EXPECT_EQ(lightReport(lights(), dark).back().substr(0, 33),
+              "nothing of light 'rim' arrives: s");
+}
+
 TEST(LightReport, SaysNothingWithoutRaysOrLight)
 {
     RenderStats none;

@@ -40,10 +40,10 @@ std::vector<std::string> lightReport(const std::vector<Light>& lights, const Ren
         if (light.arrives < 0)
             lines.push_back("light '" + name + "' shines on nothing that the picture shows");
         else if (light.arrives < kHardly)
-            lines.push_back(
-                fmt::format("only {} of light '{}' arrives: something stands before it, or what it "
-                            "shines on lies deep in the shade of others",
-                            percent(light.arrives), name));
+            lines.push_back(fmt::format(
+                "{} of light '{}' arrives: something stands before it, or what it "
+                "shines on lies deep in the shade of others",
+                light.arrives > 0 ? "only " + percent(light.arrives) : "nothing", name));
     }
     if (stats.ambient_seen > 0)
         shares +=

@@ -8,6 +8,7 @@
 
 #include "tools/truth/light_path.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/base/random.h"
 #include "volcomp/render/pixel_filter.h"
 
@@ -79,8 +80,11 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
             const Vec3d seen = hit ? pathRadiance(embree, scene, *hit, -ray.direction, bounces,
                                                   params.shadows, samples.path(s))
                                    : render.backdrop(ray.direction);
-            for (int c = 0; c < 3; ++c) sums[c] += seen[c];
-            sums[3] += hit || backed;
+            const HazeRay haze(render.haze, ray.origin, ray.direction);
+            const double distance = hit ? (hit->position - ray.origin).length() : kInfinity;
+            const Vec3d hazy = haze.seen(seen, distance);
+            for (int c = 0; c < 3; ++c) sums[c] += hazy[c];
+            sums[3] += hit || backed ? 1 : 1 - haze.transmittance(kInfinity);
         }
         return sums;
     };
