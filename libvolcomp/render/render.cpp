@@ -14,11 +14,11 @@ namespace {
 void setShares(const RenderSums& sums, std::size_t lights, RenderStats& stats)
 {
     double all = sums.ambient;
-    for (const LightSum& light : sums.lights) all += light.arrived;
+    for (const LightSum& light : sums.lights) all += light.shown;
     stats.lights.assign(lights, {});
     for (std::size_t l = 0; l < std::min(lights, sums.lights.size()); ++l) {
-        const auto& [offered, arrived] = sums.lights[l];
-        if (all > 0) stats.lights[l].seen = arrived / all;
+        const auto& [offered, arrived, shown] = sums.lights[l];
+        if (all > 0) stats.lights[l].seen = shown / all;
         if (offered > 0) stats.lights[l].arrives = arrived / offered;
     }
     stats.ambient_seen = all > 0 ? sums.ambient / all : 0;

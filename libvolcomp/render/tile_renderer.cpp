@@ -217,6 +217,7 @@ void RenderSums::add(const RayScratch& scratch)
     for (std::size_t l = 0; l < scratch.light_sums.size(); ++l) {
         lights[l].offered += scratch.light_sums[l].offered;
         lights[l].arrived += scratch.light_sums[l].arrived;
+        lights[l].shown += scratch.light_sums[l].shown;
     }
 }
 

@@ -37,9 +37,13 @@ struct MarchScene {
 
     /// The optical depth behind which nothing matters.
     double darkest() const;
+    /// The same on the way to a light: light that is scattered more than once goes deeper.
+    double darkestToLight() const;
 
     /// Whether anything comes from all around: RenderParams::ambient or its dome.
     bool hasSky() const { return !params.dome.black() || params.ambient != Vec3d(0.0); }
+    /// Whether light is scattered more than once.
+    bool bounces() const { return openness && params.scattering == Scattering::multiple; }
     /// Whether the settings ask for setOpenness(); without, light is scattered once and what comes
     /// from all around is not blocked.
     bool wantsOpenness() const;
@@ -68,7 +72,7 @@ struct MarchScene {
                          ///< their transmittance
     double extinction;   ///< optical depth of density 1 over one voxel
     double stop;         ///< a line integral (density x voxels) above this lets no light through
-                         ///< that matters; infinite if RenderParams::cutoff is 0
+                         ///< that matters, darkestToLight(); infinite if RenderParams::cutoff is 0
 };
 
 } // namespace volcomp

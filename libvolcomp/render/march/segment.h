@@ -50,7 +50,8 @@ struct SeenLight {
     std::size_t light;
     Vec3d from_light;     ///< Shading::from_light
     double transmittance; ///< mean from the light to the segment, weighted by what the ray sees
-    Vec3d radiance;       ///< added to RaySample::radiance
+    Vec3d radiance;       ///< added to RaySample::radiance for light that is scattered once
+    Vec3d scattered{0.0}; ///< the same for light that is scattered more often
 };
 /// What an observer learns of one segment.
 struct SeenSegment {
@@ -59,7 +60,7 @@ struct SeenSegment {
     const Shading& shading;
     double transmittance; ///< from the ray's origin to the segment; for a sum to behind the sample
     double weight;        ///< share of the pixel that shows this segment, but for haze
-    std::vector<SeenLight> lights; ///< those of which the segment reflects something
+    std::vector<SeenLight> lights; ///< those of which the segment shows something
     Vec3d ambient;                 ///< radiance added for RenderParams::ambient
 };
 using RayObserver = std::function<void(const SeenSegment&)>;
@@ -84,7 +85,8 @@ struct LightOnRay {
 /// The light of one lamp in many rays, as sums of R, G and B.
 struct LightSum {
     double offered = 0; ///< what the picture would show of it if nothing kept it away
-    double arrived = 0; ///< what it shows
+    double arrived = 0; ///< what it shows of it that was scattered once
+    double shown = 0;   ///< all that it shows of it
 };
 
 /// Which sample of a picture a ray is: what it draws at random is a function of this.
@@ -109,11 +111,14 @@ struct RayScratch {
 
     /// Forgets the segments of the last ray, not its counts and sums.
     void startRay(std::size_t light_count);
-    /// Adds to light_sums; `offered` and `arrived` are radiances in the pixel.
-    void addLight(std::size_t light, const Vec3d& offered, const Vec3d& arrived)
+    /// Adds to light_sums: radiances in the pixel, `scattered` what was scattered more than once.
+    void addLight(std::size_t light, const Vec3d& offered, const Vec3d& arrived,
+                  const Vec3d& scattered)
     {
+        const double once = arrived[0] + arrived[1] + arrived[2];
         light_sums[light].offered += offered[0] + offered[1] + offered[2];
-        light_sums[light].arrived += arrived[0] + arrived[1] + arrived[2];
+        light_sums[light].arrived += once;
+        light_sums[light].shown += once + scattered[0] + scattered[1] + scattered[2];
     }
 };
 

@@ -83,9 +83,9 @@ void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop
     for (const std::vector<float>& part : local)
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     const Integrator& integrator = *level.integrator;
-    level.sweep = std::make_unique<const ShadowSweep>(tree, m_soft.all(), seen,
-                                                      integrator.extinction(), integrator.darkest(),
-                                                      m_params.extinction == Extinction::directed);
+    level.sweep = std::make_unique<const ShadowSweep>(
+        tree, m_soft.all(), seen, integrator.extinction(), integrator.scene().darkestToLight(),
+        m_params.extinction == Extinction::directed);
     level.integrator->useSweep(*level.sweep);
 }
 
