@@ -54,8 +54,9 @@ ExplainedLight explained(const SeenSegment& seen, const SeenLight& light)
     double weight = illuminate(scene.grid_lights[light.light], middle, 0.5).weight;
     if (scene.lights[light.light].kind != LightKind::directional) // distances were in voxels
         weight /= scene.tree.voxelSize() * scene.tree.voxelSize();
-    return {light.light, weight * scene.lights[light.light].strength, light.from_light,
-            light.transmittance, light.radiance};
+    return {light.light,      weight * scene.lights[light.light].strength,
+            light.from_light, light.transmittance,
+            light.radiance,   light.scattered};
 }
 
 ExplainedInterval explained(const SeenSegment& seen, const std::vector<VoxelLevel>& levels,
@@ -104,7 +105,7 @@ ExplainedSkin explained(const SeenSkin& seen, const std::vector<Light>& lights,
         const Light& light = lights[l.light];
         skin.lights.push_back({l.light,
                                illuminate(light, seen.hit.position, 1e-6).weight * light.strength,
-                               l.from_light, l.transmittance, l.radiance});
+                               l.from_light, l.transmittance, l.radiance, l.scattered});
     }
     return skin;
 }
@@ -114,8 +115,8 @@ void addSums(const RenderParams& params, std::size_t lights, RayExplanation& e)
     e.light_sums.assign(lights, Vec3d(0.0));
     const auto add = [&](const std::vector<ExplainedLight>& terms, const Vec3d& ambient) {
         for (const ExplainedLight& light : terms) {
-            e.light_sums[light.light] += light.adds;
-            e.radiance += light.adds;
+            e.light_sums[light.light] += light.adds + light.scattered;
+            e.radiance += light.adds + light.scattered;
         }
         e.ambient += ambient;
     };

@@ -41,6 +41,7 @@ struct ExplainedLight {
     Vec3d reflected;      ///< what the interval would show of that if it were opaque
     double transmittance; ///< of the way to the light: 1 without shadows
     Vec3d adds; ///< radiance that this adds to the pixel: weight x transmittance x reflected
+    Vec3d scattered{0.0}; ///< radiance that its light adds which is scattered more than once
 };
 
 /// A voxel (exact integration, box filter), a cell between eight voxel centres (exact, trilinear),

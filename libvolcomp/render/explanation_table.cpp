@@ -32,10 +32,14 @@ std::string text(const ExplainedPart& part, bool several_voxels)
 
 std::string text(const ExplainedLight& light, const std::vector<Light>& lights)
 {
-    return fmt::format("      {}: strength {}, reflected {},\n"
-                       "        transmittance {:.6g} (depth {:.6g}), adds {}\n",
-                       nameOf(lights, light.light), text(light.strength), text(light.reflected),
-                       light.transmittance, -std::log(light.transmittance), text(light.adds));
+    std::string lines =
+        fmt::format("      {}: strength {}, reflected {},\n"
+                    "        transmittance {:.6g} (depth {:.6g}), adds {}\n",
+                    nameOf(lights, light.light), text(light.strength), text(light.reflected),
+                    light.transmittance, -std::log(light.transmittance), text(light.adds));
+    if (light.scattered != Vec3d(0.0))
+        lines += "        scattered more than once, adds " + text(light.scattered) + "\n";
+    return lines;
 }
 
 std::string text(const ExplainedInterval& interval, std::size_t number,

@@ -36,6 +36,8 @@ public:
         return m_tracer.trace(ray.origin, ray.direction, scratch, seen);
     }
     std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }
+    const Openness* openness() const { return m_tracer.openness(); }
+    double opennessSeconds() const { return m_tracer.opennessSeconds(); }
 
     const Crop& crop() const { return m_crop; } ///< pixelsOf(params())
     const RenderParams& params() const { return m_params; }

@@ -25,6 +25,8 @@ struct RenderStats {
     std::uint64_t shaded_voxels = 0;   ///< intervals of camera rays that were shaded
     std::uint64_t active_voxels = 0;   ///< of the finest level in use
     std::size_t skin_shadow_bytes = 0; ///< memory of the skins' shadows on the volume
+    std::size_t openness_bytes = 0;    ///< memory of the coarse cells that say how open places are
+    double openness_seconds = 0;       ///< wall time that making them took, of prepare_seconds
     double prepare_seconds = 0, march_seconds = 0; ///< wall time
 };
 

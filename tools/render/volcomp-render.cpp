@@ -262,6 +262,8 @@ nlohmann::json asJson(const RenderStats& stats, const std::vector<VoxelLevel>& l
             {"active_voxels", stats.active_voxels},
             {"volume_bytes", bytes},
             {"skin_shadow_bytes", stats.skin_shadow_bytes},
+            {"openness_bytes", stats.openness_bytes},
+            {"openness_seconds", stats.openness_seconds},
             {"prepare_seconds", stats.prepare_seconds},
             {"march_seconds", stats.march_seconds}};
 }
@@ -309,6 +311,9 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
+    if (stats.openness_bytes > 0)
+        tool.say(fmt::format("openness: {:.1f} MB in {:.2f} s", 1e-6 * double(stats.openness_bytes),
+                             stats.openness_seconds));
     // The volume's own identity differs between machines; its recipe does not.
     nlohmann::json ingredients = fingerprint;
     ingredients["volume"] = volume_recipe.empty() ? fingerprint["volume"].dump() : volume_recipe;

@@ -14,7 +14,7 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
       grid_lights(the_lights),
       directed(params.extinction == Extinction::directed && tree.isDirected()),
       extinction(params.tau * tree.voxelSize()),
-      stop(params.cutoff > 0 && extinction > 0 ? -std::log(params.cutoff) / extinction : kInfinity)
+      stop(params.cutoff > 0 && extinction > 0 ? darkestToLight() / extinction : kInfinity)
 {
     for (const Material& m : materials)
         for (int code = 0; code < 64; ++code)
@@ -32,9 +32,24 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
     if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
 }
 
+bool MarchScene::wantsOpenness() const
+{
+    return params.shadows != Shadows::none
+        && (params.scattering == Scattering::multiple || hasSky());
+}
+
+void MarchScene::setOpenness(const Openness& the_openness) { openness = &the_openness; }
+
+constexpr double kWithoutCutoff = 12; // e^-12 is 6e-6
+
+double MarchScene::darkestToLight() const
+{
+    return params.scattering == Scattering::multiple ? std::max(darkest(), kWithoutCutoff)
+                                                     : darkest();
+}
+
 double MarchScene::darkest() const
 {
-    constexpr double kWithoutCutoff = 12; // e^-12 is 6e-6
     return params.cutoff > 0 ? -std::log(params.cutoff) : kWithoutCutoff;
 }
 

@@ -10,6 +10,7 @@
 #include "volcomp/render/render_params.h"
 #include "volcomp/render/shade.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/sky/openness.h"
 #include "volcomp/render/tree/dual_tree.h"
 #include "volcomp/render/tree/voxel_tree.h"
 #include "volcomp/view/light.h"
@@ -32,11 +33,27 @@ struct MarchScene {
 
     /// The optical depth behind which nothing matters.
     double darkest() const;
+    /// The same on the way to a light: light that is scattered more than once goes deeper.
+    double darkestToLight() const;
+
+    /// Whether anything comes from all around: RenderParams::ambient or its dome.
+    bool hasSky() const { return !params.dome.black() || params.ambient != Vec3d(0.0); }
+    /// Whether light is scattered more than once.
+    bool bounces() const { return openness && params.scattering == Scattering::multiple; }
+    /// Whether the settings ask for setOpenness(); without, light is scattered once and what comes
+    /// from all around is not blocked.
+    bool wantsOpenness() const;
+    /// It must outlive this.
+    void setOpenness(const Openness& openness);
 
     const VoxelTree& tree;
     std::shared_ptr<const DualTree> dual; ///< set if and only if the filter is trilinear
     const ShadowSweep* sweep = nullptr;   ///< swept light, or nullptr if rays are to find all light
     const SkinShadow* skin_shadow = nullptr; ///< of the skins on the volume, or nullptr: none
+    const Openness* openness = nullptr;      ///< of the volume and the skins, or nullptr
+    /// With hasSky(): by direction of `openness`, its weight times the mean radiance of the
+    /// directions that are nearest to it.
+    std::array<Vec3f, Openness::kDirections> sky;
     RenderParams params;
     std::vector<Material> materials;  ///< by part
     std::vector<Lobe> lobes;          ///< 64 for each part, see lobe()
@@ -50,7 +67,7 @@ struct MarchScene {
                          ///< their transmittance
     double extinction;   ///< optical depth of density 1 over one voxel
     double stop;         ///< a line integral (density x voxels) above this lets no light through
-                         ///< that matters; infinite if RenderParams::cutoff is 0
+                         ///< that matters, darkestToLight(); infinite if RenderParams::cutoff is 0
 };
 
 } // namespace volcomp

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "volcomp/base/interval.h"
+#include "volcomp/render/march/bounces.h"
 #include "volcomp/render/march/integration.h"
 #include "volcomp/render/march/segment_light.h"
 #include "volcomp/render/skin/skin_shadow.h"
@@ -24,6 +25,16 @@ void RayScratch::startRay(std::size_t light_count)
     shading.keep_voxels = observer != nullptr;
 }
 
+namespace {
+
+// P in the segment's middle.
+double closedAt(const MarchScene& scene, const RaySegment& segment)
+{
+    return scene.openness->closed(scene.tree.toWorld(0.5 * (segment.p_begin + segment.p_end)));
+}
+
+} // namespace
+
 void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& sample,
                 RayScratch& scratch)
 {
@@ -42,9 +53,12 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
         sample.normal += weight * shading.normal;
         sample.depth += weight * (0.5 * (segment.t + segment.end)) * scene.tree.voxelSize();
     }
+    const bool bounces = scene.bounces();
+    const double closed = bounces ? closedAt(scene, segment) : 0;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Vec3d& from_light = shading.from_light[l];
-        if (!(from_light[0] + from_light[1] + from_light[2] > 0)) continue;
+        const bool reflects = from_light[0] + from_light[1] + from_light[2] > 0;
+        if (!reflects && !bounces) continue;
         // What the skins let through to the segment's middle.
         const double passes = scene.skin_shadow
             ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
@@ -53,11 +67,17 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
             if (seen) seen->lights.push_back({l, from_light, 0, Vec3d(0.0)});
             continue;
         }
-        const double light = passes * lightOfSegment(scene, l, segment, opacity, sample, scratch);
-        const Vec3d radiance = sample.transmittance * (light * from_light);
-        sample.radiance += radiance;
-        if (scene.params.aovs) scratch.light_radiance[l] += radiance;
-        if (seen) seen->lights.push_back({l, from_light, light / opacity, radiance});
+        const SegmentLight found = reflects
+            ? lightOfSegment(scene, l, segment, opacity, sample, scratch)
+            : SegmentLight{0, depthOfSegment(scene, l, segment, weight, scratch)};
+        const double light = passes * found.light;
+        const Vec3d radiance = sample.transmittance * (light * from_light),
+                    scattered = bounces ? weight * passes * shading.arriving[l]
+                * lightOfBounces(shading.bounced, closed, found.depth)
+                                        : Vec3d(0.0);
+        sample.radiance += radiance + scattered;
+        if (scene.params.aovs) scratch.light_radiance[l] += radiance + scattered;
+        if (seen) seen->lights.push_back({l, from_light, light / opacity, radiance, scattered});
     }
     const Vec3d ambient = weight * shading.ambient;
     sample.radiance += ambient;
@@ -93,7 +113,7 @@ double trilinearSweptDepth(const MarchScene& scene, std::size_t light, const Vec
     const double to_centres = 0.5 / std::abs(L[largestAxis(L)]),
                  more = std::min(to_centres, to.length - swept.march);
     double beyond = swept.beyond;
-    if (more > 0 && beyond < scene.darkest()) {
+    if (more > 0 && beyond < scene.darkestToLight()) {
         // A little behind the plane, so that rounding does not choose the voxel before it.
         const Vec3d start = p + (swept.march + 1e-9) * L;
         int cell[3];

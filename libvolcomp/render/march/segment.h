@@ -47,7 +47,8 @@ struct SeenLight {
     std::size_t light;
     Vec3d from_light;     ///< Shading::from_light
     double transmittance; ///< mean from the light to the segment, weighted by what the ray sees
-    Vec3d radiance;       ///< added to RaySample::radiance
+    Vec3d radiance;       ///< added to RaySample::radiance for light that is scattered once
+    Vec3d scattered{0.0}; ///< the same for light that is scattered more often
 };
 /// What an observer learns of one segment.
 struct SeenSegment {
@@ -56,7 +57,7 @@ struct SeenSegment {
     const Shading& shading;
     double transmittance; ///< from the ray's origin to the segment; for a sum to behind the sample
     double weight;        ///< share of the pixel that shows this segment
-    std::vector<SeenLight> lights; ///< those of which the segment reflects something
+    std::vector<SeenLight> lights; ///< those of which the segment shows something
     Vec3d ambient;                 ///< radiance added for RenderParams::ambient
 };
 using RayObserver = std::function<void(const SeenSegment&)>;

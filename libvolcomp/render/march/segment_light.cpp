@@ -198,10 +198,12 @@ private:
 
 // The transmittance to a light, the same in the whole segment, where little depends on it or the
 // sweep knows no better; empty if the light has to be looked at more closely. `weight` is the share
-// of the pixel that shows the segment, `p` a place in it.
+// of the pixel that shows the segment, `p` a place in it. With `rough`, whatever the sweep knows
+// will do.
 std::optional<double> approximateTransmittance(const MarchScene& scene, std::size_t light,
                                                const RaySegment& segment, const Vec3d& p,
-                                               double start, double weight, LightOnRay& state)
+                                               double start, double weight, LightOnRay& state,
+                                               bool rough = false)
 {
     constexpr double kTrace = 0.001; // a segment of less weight takes the light of another
     constexpr double kReuse = 2;     // that is not farther away than this, voxels
@@ -217,35 +219,56 @@ std::optional<double> approximateTransmittance(const MarchScene& scene, std::siz
         state.approximate = {segment.t, found->value, found->fine};
     }
     const LightOnRay::Approximate& known = *state.approximate;
-    if (known.fine && weight * known.transmittance >= ShadowSweep::kFineWeight) return {};
+    if (!rough && known.fine && weight * known.transmittance >= ShadowSweep::kFineWeight) return {};
     return known.transmittance;
+}
+
+double depthOf(double transmittance)
+{
+    return transmittance > 0 ? -std::log(transmittance) : kInfinity;
 }
 
 } // namespace
 
-double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
-                      double opacity, const RaySample& sample, RayScratch& scratch)
+SegmentLight lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
+                            double opacity, const RaySample& sample, RayScratch& scratch)
 {
-    if (scene.params.shadows == Shadows::none) return opacity;
+    if (scene.params.shadows == Shadows::none) return {opacity, 0};
     const double start = scratch.shading.light_start[l];
-    if (scene.params.integration == Integration::riemann)
-        return segment.delta
-            * std::exp(
-                   -depthFromStart(scene, l, start, segment.cell, segment.p_begin, scratch.counts));
+    if (scene.params.integration == Integration::riemann) {
+        const double depth =
+            depthFromStart(scene, l, start, segment.cell, segment.p_begin, scratch.counts);
+        return {segment.delta * std::exp(-depth), depth};
+    }
     const Vec3d& from_light = scratch.shading.from_light[l];
     const double weight = sample.transmittance * opacity;
     SegmentSum sum(scene, l, segment, opacity, start, scratch.counts);
     if (scene.sweep)
         if (const auto passes = approximateTransmittance(scene, l, segment, pointAt(segment, 0.5),
                                                          start, weight, scratch.lights[l]))
-            return opacity * *passes;
+            return {opacity * *passes, depthOf(*passes)};
     const double total = from_light[0] + from_light[1] + from_light[2],
                  shown = (sample.radiance[0] + sample.radiance[1] + sample.radiance[2]) / total;
-    return sum.integrate(sample.transmittance, shown,
-                         !scene.sweep     ? kExactLight
-                             : scene.dual ? kSweptTrilinearLight
-                                          : kSweptLight,
-                         scratch.lights[l]);
+    LightOnRay& state = scratch.lights[l];
+    const double light = sum.integrate(sample.transmittance, shown,
+                                       !scene.sweep     ? kExactLight
+                                           : scene.dual ? kSweptTrilinearLight
+                                                        : kSweptLight,
+                                       state);
+    return {light, state.before->depth};
+}
+
+double depthOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
+                      double weight, RayScratch& scratch)
+{
+    if (scene.params.shadows == Shadows::none) return 0;
+    const double start = scratch.shading.light_start[l];
+    const Vec3d p = pointAt(segment, 0.5);
+    if (scene.sweep && scene.params.integration == Integration::exact)
+        if (const auto passes = approximateTransmittance(scene, l, segment, p, start, weight,
+                                                         scratch.lights[l], true))
+            return depthOf(*passes);
+    return depthFromStart(scene, l, start, segment.cell, p, scratch.counts);
 }
 
 double placeAtShare(const RaySegment& segment, double x)

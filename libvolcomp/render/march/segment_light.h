@@ -20,12 +20,24 @@
 
 namespace volcomp {
 
+struct SegmentLight {
+    double light, depth;
+};
+
 /// The light of light `l` that reaches the segment and is sent to its begin, over what
 /// Shading::from_light has of it. D is measured from places that are Shading::light_start nearer to
 /// the light, so that strands do not shade themselves. `opacity` is what the segment takes of the
 /// light that passes along the ray; `sample` has what lies before it. Counts its rays in `scratch`.
-double lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
-                      double opacity, const RaySample& sample, RayScratch& scratch);
+///
+/// SegmentLight::depth is D at about v = 1/2, infinite in the dark, 0 without shadows.
+SegmentLight lightOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
+                            double opacity, const RaySample& sample, RayScratch& scratch);
+
+/// That depth alone, for segments that reflect nothing of the light itself: from the sweep without
+/// marching if it knows the place, else by a ray. `weight` is the share of the pixel that shows the
+/// segment.
+double depthOfSegment(const MarchScene& scene, std::size_t l, const RaySegment& segment,
+                      double weight, RayScratch& scratch);
 
 /// The place u on a segment, 0 at its begin and 1 at its end, before which the share `x` of the
 /// segment's own optical depth lies; x is in [0, 1].

@@ -45,6 +45,15 @@ double lightStart(const ShadedPart& part, const Vec3d& L)
     return part.own * std::min(most, thickness / std::sqrt(std::max(across, 1e-6)));
 }
 
+// How much of the light from L fibres meet, over the mean of all directions (MODEL section 5b); 1
+// for all else, of which the fit was made so.
+double met(const ShadedPart& part, const Vec3d& L)
+{
+    if (!part.content.directed || part.material.kind != MaterialKind::fibre) return 1;
+    const double cosine = part.content.direction.dot(L), s2 = part.lobe.spread_square;
+    return 4 / kPi * std::sqrt(1 - (cosine * cosine * (1 - s2) + s2) / (1 + 2 * s2));
+}
+
 Reflection reflection(const ShadedPart& part, const Vec3d& V, const Vec3d& L)
 {
     if (part.content.directed)
@@ -65,6 +74,10 @@ void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart&
         shading.normal += (content.direction.dot(V) < 0 ? -part.share : part.share)
             * (content.directed ? content.direction : part.normal);
     }
+    const bool bounces = scene.bounces();
+    if (bounces)
+        shading.bounced +=
+            part.share * (Vec3d(material.alpha) + material.transmission) * content.colour;
     shading.ambient += part.share * material.alpha * content.colour * scene.params.ambient;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         // Distances are in voxels here; the weight of a point light needs them in world units.
@@ -73,6 +86,9 @@ void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart&
             in.weight /= scene.tree.voxelSize() * scene.tree.voxelSize();
         if (!(in.weight > 0)) continue;
         const Vec3d L = scene.tree.directionToWorld(in.L);
+        if (bounces)
+            shading.arriving[l] +=
+                scene.lights[l].strength * (in.weight * part.share * std::sqrt(met(part, L)));
         if (scene.params.own_shade == OwnShade::left_out)
             shading.light_start[l] += part.share * lightStart(part, L);
         if (scene.params.shadows != Shadows::none)
@@ -90,6 +106,8 @@ void Shading::start(std::size_t lights)
     ambient = albedo = normal = Vec3d(0.0);
     from_light.assign(lights, Vec3d(0.0));
     light_start.assign(lights, 0.0);
+    bounced = Vec3d(0.0);
+    arriving.assign(lights, Vec3d(0.0));
     voxels.clear();
 }
 

@@ -24,6 +24,10 @@ struct Shading {
     /// By light: how far towards it its light is measured, voxels, so that a strand does not shade
     /// itself (MODEL section 3).
     std::vector<double> light_start;
+    // With MarchScene::bounces():
+    Vec3d bounced{0.0};          ///< share of the light that is scattered, to any side
+    std::vector<Vec3d> arriving; ///< by light: its strength and falloff, times the root of how much
+                                 ///< of it meets something, over the mean of all directions
     // With RenderParams::aovs:
     Vec3d albedo{0.0}; ///< alpha c_b
     Vec3d normal{0.0}; ///< mean direction, turned to the eye; not unit length

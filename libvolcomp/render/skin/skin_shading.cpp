@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "volcomp/base/interval.h"
+#include "volcomp/render/march/bounces.h"
 #include "volcomp/render/march/integration.h"
 
 namespace volcomp {
@@ -47,6 +49,20 @@ double throughVolume(const MarchScene& scene, std::size_t l, const PlaceInGrid& 
     return std::exp(-depthToLight(scene, l, at.cell, at.p, counts));
 }
 
+/// P of the volume alone for light that leaves a skin: over its own side, by the cosine.
+double closedAbove(const Openness& openness, const SkinHit& hit)
+{
+    const Openness::ByDirection open = openness.openWithoutSkins(hit.start);
+    double all = 0, closed = 0;
+    for (int d = 0; d < Openness::kDirections; ++d) {
+        const double w =
+            Openness::weights()[d] * std::max(0.0, hit.normal.dot(openness.directions()[d]));
+        all += w;
+        closed += w * (1 - open[d]);
+    }
+    return closed / all;
+}
+
 } // namespace
 
 void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hit, const Vec3d& V,
@@ -68,22 +84,25 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
     }
     const bool shadows = scene.params.shadows != Shadows::none;
     const PlaceInGrid at(scene.tree, hit.position);
+    const double closed = scene.bounces() ? closedAbove(*scene.openness, hit) : 0;
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Illumination in = illuminate(scene.lights[l], hit.position, kClosest);
         if (!(in.weight > 0)) continue;
         const Reflection f = reflectSurface(lobe, hit.normal, V, in.L);
-        const Vec3d reflected =
-            f.colour(material, hit.colour) * scene.lights[l].strength * in.weight;
-        if (!(reflected[0] + reflected[1] + reflected[2] > 0)) continue;
+        const Vec3d arriving = scene.lights[l].strength * in.weight,
+                    reflected = f.colour(material, hit.colour) * arriving;
+        if (!(reflected[0] + reflected[1] + reflected[2] > 0) && !(closed > 0)) continue;
         double passes = 1;
         if (shadows)
             passes = skins.isOccluded(hit.start, in.L, in.distance)
                 ? 0
                 : throughVolume(scene, l, at, in, weight, scratch.counts);
-        const Vec3d radiance = weight * passes * reflected;
-        sample.radiance += radiance;
-        if (scene.params.aovs) scratch.light_radiance[l] += radiance;
-        if (seen) (*seen)->lights.push_back({l, reflected, passes, radiance});
+        const double depth = passes > 0 ? -std::log(passes) : kInfinity;
+        const Vec3d radiance = weight * passes * reflected,
+                    scattered = weight * arriving * lightOfBounces(albedo, closed, depth);
+        sample.radiance += radiance + scattered;
+        if (scene.params.aovs) scratch.light_radiance[l] += radiance + scattered;
+        if (seen) (*seen)->lights.push_back({l, reflected, passes, radiance, scattered});
     }
 }
 

@@ -7,6 +7,8 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "volcomp/base/clock.h"
+
 namespace volcomp {
 
 LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
@@ -26,6 +28,19 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
             std::make_unique<const SkinShadow>(*m_skins, *l.tree, m_lights, params.shadows);
         l.integrator->useSkinShadow(*l.skin_shadow);
     }
+    makeOpenness();
+}
+
+void LevelOfDetail::makeOpenness()
+{
+    if (m_levels.empty() || !m_levels[0].integrator->scene().wantsOpenness()) return;
+    const double start = wallSeconds();
+    const MarchScene& finest = m_levels[0].integrator->scene();
+    // Light from all around and skins ask for directions, multiple scattering for P alone.
+    m_openness = std::make_unique<const Openness>(finest.tree, finest.extinction, m_skins,
+                                                  finest.hasSky() || m_skins);
+    for (Level& l : m_levels) l.integrator->useOpenness(*m_openness);
+    m_openness_seconds = wallSeconds() - start;
 }
 
 // Marks what a ray sees of a level: the volume as far as a skin, and the leaf in which that lies.
@@ -64,7 +79,7 @@ void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     const Integrator& integrator = *level.integrator;
     level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(),
-                                                      integrator.darkest(),
+                                                      integrator.scene().darkestToLight(),
                                                       m_params.extinction == Extinction::directed);
     level.integrator->useSweep(*level.sweep);
 }

@@ -16,6 +16,7 @@
 #include "volcomp/view/camera.h"
 #include "volcomp/render/march/integrator.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/sky/openness.h"
 #include "volcomp/render/skin/skin_shading.h"
 #include "volcomp/render/skin/skin_shadow.h"
 #include "volcomp/render/tree/voxel_levels.h"
@@ -42,6 +43,8 @@ public:
                     std::optional<SeenSkin>* seen = nullptr) const;
 
     std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
+    const Openness* openness() const { return m_openness.get(); } ///< null if nothing asks for it
+    double opennessSeconds() const { return m_openness_seconds; } ///< wall time that it took
 
 private:
     struct Level : VoxelLevel {
@@ -49,6 +52,7 @@ private:
         std::unique_ptr<const ShadowSweep> sweep;
         std::unique_ptr<const SkinShadow> skin_shadow;
     };
+    void makeOpenness();
     void sweep(Level& level, const CameraRays& rays, const Crop& crop);
     void markLeaves(const Level& level, const CameraRay& ray, std::vector<float>& seen) const;
 
@@ -56,6 +60,8 @@ private:
     std::vector<Light> m_lights;
     RenderParams m_params;
     const SkinTracer* m_skins;
+    std::unique_ptr<const Openness> m_openness; ///< of the finest level, for all of them
+    double m_openness_seconds = 0;
     std::deque<Level> m_levels;
 };
 

@@ -81,6 +81,10 @@ public:
     /// Corner coordinates: voxel (i,j,k) is the cube [i,i+1) x [j,j+1) x [k,k+1), one unit a voxel,
     /// axes of the grid.
     Vec3d toCorner(const Vec3d& p_world) const;
+    Vec3d toWorld(const Vec3d& p_corner) const
+    {
+        return m_origin + m_voxel * directionToWorld(p_corner);
+    }
     /// Directions keep their length.
     Vec3d directionToCorner(const Vec3d& d_world) const { return m_rotation * d_world; }
     Vec3d directionToWorld(const Vec3d& d_corner) const
