@@ -25,6 +25,7 @@
 #include "volcomp/base/error.h"
 #include "volcomp/place/voxel_size.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 
 namespace {
 
@@ -204,6 +205,7 @@ RenderParams baseParams(const Scene& scene, int width)
     base.crop = {};
     base.aovs = false;
     base.background = Vec3d(0.0);
+    base.dome.visible = false;
     base.integration = Integration::exact;
     base.filter = Filter::box;
     base.shadows = Shadows::sweep;
@@ -255,6 +257,7 @@ Scene sceneOf(Tool& tool, const Options& options, std::initializer_list<const ch
     std::vector<NamedFile> outputs;
     for (const char* name : names) outputs.push_back({"-o", options.directory / name});
     tool.requireFiles(inputsOf(scene), outputs);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     return scene;
 }
 

@@ -44,6 +44,13 @@ struct Context {
                 a->valid[0] = 0;
         };
     }
+    explicit Context(const ExactHit& from) : Context()
+    {
+        instance = from.instance;
+        geometry = from.geometry;
+        first = from.first_own;
+        last = from.last_own;
+    }
 };
 
 RTCRay rayOf(const Vec3d& origin, const Vec3d& direction, double far)
@@ -223,7 +230,9 @@ struct EmbreeScene::Impl {
         attach(top, g);
     }
 
-    std::optional<ExactHit> hitPiece(const Vec3d& from, const Vec3d& direction,
+    /// The first thing on a ray, whose context names what it passes.
+    std::optional<ExactHit> hit(Context& context, const Vec3d& from, const Vec3d& direction) const;
+    std::optional<ExactHit> hitPiece(Context& context, const Vec3d& from, const Vec3d& direction,
                                      double distance) const;
 
     void describePiece(const Source& source, const RTCHit& found, ExactHit& hit) const
@@ -268,26 +277,38 @@ EmbreeScene::~EmbreeScene() = default;
 
 std::optional<ExactHit> EmbreeScene::hit(const Vec3d& origin, const Vec3d& direction) const
 {
-    const std::optional<SkinHit> skin = m->skins->hit(origin, direction);
+    Context context;
+    return m->hit(context, origin, direction);
+}
+
+std::optional<ExactHit> EmbreeScene::hit(const ExactHit& from, const Vec3d& direction) const
+{
+    Context context(from);
+    return m->hit(context, from.start, direction);
+}
+
+std::optional<ExactHit> EmbreeScene::Impl::hit(Context& context, const Vec3d& from,
+                                               const Vec3d& direction) const
+{
+    const std::optional<SkinHit> skin = skins->hit(from, direction);
     std::optional<ExactHit> piece =
-        m->hitPiece(origin, direction, skin ? skin->distance : kInfinity);
+        hitPiece(context, from, direction, skin ? skin->distance : kInfinity);
     if (piece || !skin) return piece;
     ExactHit hit;
     hit.position = skin->position;
     hit.start = skin->start;
     hit.direction = skin->normal;
     hit.colour = skin->colour;
-    hit.material = &m->skins->meshes()[skin->skin].material;
-    hit.lobe = &m->skin_lobes[skin->skin];
+    hit.material = &skins->meshes()[skin->skin].material;
+    hit.lobe = &skin_lobes[skin->skin];
     hit.instance = hit.geometry = kNone;
     hit.first_own = 1, hit.last_own = 0;
     return hit;
 }
 
-std::optional<ExactHit> EmbreeScene::Impl::hitPiece(const Vec3d& from, const Vec3d& direction,
-                                                    double distance) const
+std::optional<ExactHit> EmbreeScene::Impl::hitPiece(Context& context, const Vec3d& from,
+                                                    const Vec3d& direction, double distance) const
 {
-    Context context;
     RTCRayHit found{};
     found.ray = rayOf(from - origin, direction, distance);
     found.hit.geomID = found.hit.instID[0] = kNone;
@@ -309,11 +330,7 @@ std::optional<ExactHit> EmbreeScene::Impl::hitPiece(const Vec3d& from, const Vec
 bool EmbreeScene::isOccluded(const ExactHit& from, const Vec3d& L, double distance) const
 {
     if (m->skins->isOccluded(from.start, L, distance)) return true;
-    Context context;
-    context.instance = from.instance;
-    context.geometry = from.geometry;
-    context.first = from.first_own;
-    context.last = from.last_own;
+    Context context(from);
     RTCRay ray = rayOf(from.start - m->origin, L, distance);
     rtcOccluded1(m->top, &context.base, &ray);
     return ray.tfar < 0;

@@ -45,6 +45,9 @@ public:
     /// The first thing that a ray meets; the direction is of unit length.
     std::optional<ExactHit> hit(const Vec3d& origin, const Vec3d& direction) const;
 
+    /// The same from a hit, which it leaves as isOccluded() does.
+    std::optional<ExactHit> hit(const ExactHit& from, const Vec3d& direction) const;
+
     /// Whether something lies within `distance` of the hit in the direction `L` (unit).
     bool isOccluded(const ExactHit& from, const Vec3d& L, double distance) const;
 

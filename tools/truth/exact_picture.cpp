@@ -6,14 +6,13 @@
 
 #include <tbb/parallel_for.h>
 
+#include "tools/truth/light_path.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/random.h"
 #include "volcomp/render/pixel_filter.h"
 
 namespace volcomp {
 namespace {
-
-constexpr double kClosest = 1e-6; ///< least distance to a light, world units
 
 /// Sums of the samples of one pixel: R, G, B, A.
 using Sums = std::array<double, 4>;
@@ -38,6 +37,8 @@ public:
         }
         return {u, v};
     }
+    /// The random numbers of what the sample sees.
+    Random path(int sample) const { return Random(hashKey(hashKey(m_key, sample), 1)); }
     int samples() const { return m_samples; }
 
 private:
@@ -47,22 +48,9 @@ private:
 
 } // namespace
 
-Vec3d radianceOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit, const Vec3d& V,
-                 bool shadows)
+int bouncesOf(const RenderParams& params)
 {
-    const Material& material = *hit.material;
-    Vec3d sum = material.alpha * hit.colour * scene.render.ambient;
-    for (const Light& light : scene.lights) {
-        const Illumination in = illuminate(light, hit.position, kClosest);
-        if (!(in.weight > 0)) continue;
-        const Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
-                                       : reflectSurface(*hit.lobe, hit.direction, V, in.L);
-        const Vec3d colour = f.colour(material, hit.colour);
-        if (!(colour[0] + colour[1] + colour[2] > 0)) continue;
-        if (shadows && embree.isOccluded(hit, in.L, in.distance)) continue;
-        sum += colour * light.strength * in.weight;
-    }
-    return sum;
+    return params.scattering == Scattering::single ? 1 : 128;
 }
 
 Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const ExactParams& params,
@@ -77,18 +65,20 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
                                   : "expected at least 1 sample");
     const CameraRays rays(scene.camera, render.width, render.height);
     const PixelSampler filter(render);
-    const bool backed = render.background.lengthSqr() > 0; // as render(): alpha is 1 then
+    const bool backed = render.hasBackdrop(); // as render(): alpha is 1 then
     const int first_samples = params.halves ? params.samples / 2 : params.samples,
               second_samples = params.samples - first_samples;
 
+    const int bounces = params.bounces > 0 ? params.bounces : bouncesOf(render);
     const auto trace = [&](int x, int y, const HalfPixel& samples) {
         Sums sums{};
         for (int s = 0; s < samples.samples(); ++s) {
             const auto [u, v] = samples.place(s);
             const CameraRay ray = rays.ray(x + 0.5 + filter.warp(u), y + 0.5 + filter.warp(v));
             const auto hit = embree.hit(ray.origin, ray.direction);
-            const Vec3d seen = hit ? radianceOf(embree, scene, *hit, -ray.direction, params.shadows)
-                                   : render.background;
+            const Vec3d seen = hit ? pathRadiance(embree, scene, *hit, -ray.direction, bounces,
+                                                  params.shadows, samples.path(s))
+                                   : render.backdrop(ray.direction);
             for (int c = 0; c < 3; ++c) sums[c] += seen[c];
             sums[3] += hit || backed;
         }

@@ -15,15 +15,15 @@ struct ExactParams {
     int samples = 64; ///< per pixel, at least 1, with halves 2
     std::uint64_t seed = 1;
     bool shadows = true; ///< rays to the lights
+    int bounces = 0;     ///< how often light is scattered at most; 0: bouncesOf()
     /// Two independent halves of the samples, for pictureError(). Without them all samples are one
     /// jittered grid, as a renderer takes them, which has less noise.
     bool halves = true;
 };
 
-/// The radiance that a hit sends towards V (unit), by MODEL sections 4 and 5, with hard shadows and
-/// the scene's ambient light.
-Vec3d radianceOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit, const Vec3d& V,
-                 bool shadows);
+/// How often light is scattered at most in the scene's pictures: once in Scattering::single,
+/// otherwise so often that what is left out is far below the noise.
+int bouncesOf(const RenderParams& params);
 
 /// The picture of the scene's camera, size and pixel filter. Its channels are R, G, B and A, and
 /// half.R, half.G, half.B and half.A, the same by the first half of the samples alone: so the two

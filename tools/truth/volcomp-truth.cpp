@@ -15,6 +15,7 @@
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/error.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 #include "volcomp/view/image.h"
 
 namespace {
@@ -41,8 +42,12 @@ Scene sceneOf(const Tool& tool, const Options& options)
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     inputs.push_back({"--compare", options.compared});
     tool.requireFiles(inputs, outputs);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     leaveOut(scene, options.leave_out);
-    if (!options.background) scene.render.background = Vec3d(0.0);
+    if (!options.background) {
+        scene.render.background = Vec3d(0.0);
+        scene.render.dome.visible = false;
+    }
     if (options.size.empty()) return scene;
     const std::string expected = "WIDTHxHEIGHT in pixels, such as 640x480";
     const std::size_t x = options.size.find('x');
@@ -70,6 +75,7 @@ Image makePicture(Tool& tool, const Options& options)
     tool.stats["segments"] = exact.segmentCount();
     tool.stats["placements"] = exact.placed.boxes.size();
     tool.stats["samples"] = options.params.samples;
+    tool.stats["bounces"] = options.params.bounces;
     tool.stats["seed"] = options.params.seed;
     const std::vector<std::pair<std::string, std::string>> about{
         {"Software", "volcomp"},
@@ -131,6 +137,11 @@ void addOptions(CLI::App& app, Options& options)
         "All samples in one jittered grid, as a renderer takes them; the picture lacks what "
         "--known needs");
     app.add_option("--seed", options.params.seed, "Of the random numbers")->capture_default_str();
+    app.add_option("--bounces", options.params.bounces,
+                   "Light is scattered so often at most; 0: once if the scene's scattering is "
+                   "single, else 128 times. The specular light is always that of one scattering")
+        ->capture_default_str()
+        ->check(wholeNumber(0, 1 << 20));
     app.add_option("--size", options.size, "Size of the picture, pixels (default: the scene's)")
         ->type_name("WxH");
     app.add_flag("!--no-background", options.background,

@@ -10,6 +10,7 @@
 #include "volcomp/render/render_params.h"
 #include "volcomp/render/shade.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
+#include "volcomp/render/sky/openness.h"
 #include "volcomp/render/tree/dual_tree.h"
 #include "volcomp/render/tree/voxel_tree.h"
 #include "volcomp/view/light.h"
@@ -30,13 +31,29 @@ struct MarchScene {
     /// The lobe of a part at the spread with this code (VoxelContent::spread_code).
     const Lobe& lobe(int part, int spread_code) const { return lobes[part * 64 + spread_code]; }
 
+    /// Takes other lights, as many, instead of those that it has. `shadows` holds for each its
+    /// number in the sweep and in the skins' shadow.
+    void useLights(const std::vector<Light>& lights, const std::vector<std::size_t>& shadows);
+
     /// The optical depth behind which nothing matters.
     double darkest() const;
+
+    /// Whether anything comes from all around: RenderParams::ambient or its dome.
+    bool hasSky() const { return !params.dome.black() || params.ambient != Vec3d(0.0); }
+    /// Whether the settings ask for setOpenness(); without, light is scattered once and what comes
+    /// from all around is not blocked.
+    bool wantsOpenness() const;
+    /// It must outlive this.
+    void setOpenness(const Openness& openness);
 
     const VoxelTree& tree;
     std::shared_ptr<const DualTree> dual; ///< set if and only if the filter is trilinear
     const ShadowSweep* sweep = nullptr;   ///< swept light, or nullptr if rays are to find all light
     const SkinShadow* skin_shadow = nullptr; ///< of the skins on the volume, or nullptr: none
+    const Openness* openness = nullptr;      ///< of the volume and the skins, or nullptr
+    /// With hasSky(): by direction of `openness`, its weight times the mean radiance of the
+    /// directions that are nearest to it.
+    std::array<Vec3f, Openness::kDirections> sky;
     RenderParams params;
     std::vector<Material> materials;  ///< by part
     std::vector<Lobe> lobes;          ///< 64 for each part, see lobe()
@@ -45,7 +62,8 @@ struct MarchScene {
                                       ///< the grid's axes
     std::vector<MarchRay> light_rays; ///< for each light: a ray against the light's direction, for
                                       ///< MarchRay::from(); of use for directional lights only
-    bool directed;                    ///< extinction depends on the ray's direction somewhere
+    std::vector<std::size_t> shadow_of; ///< by light: its number in `sweep` and `skin_shadow`
+    bool directed;                      ///< extinction depends on the ray's direction somewhere
     bool transmits_only; ///< nothing shines and no other output is wanted: rays need to bring only
                          ///< their transmittance
     double extinction;   ///< optical depth of density 1 over one voxel

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/skin/skin_dome.h"
 
 namespace volcomp {
 namespace {
@@ -41,7 +42,8 @@ double throughVolume(const MarchScene& scene, std::size_t l, const PlaceInGrid& 
         return std::exp(-depthAlong(scene, ray, in.L));
     }
     if (scene.sweep)
-        if (const auto rough = scene.sweep->approximateTransmittance(l, at.cell, at.p, L, length);
+        if (const auto rough =
+                scene.sweep->approximateTransmittance(scene.shadow_of[l], at.cell, at.p, L, length);
             rough && weight * rough->value < ShadowSweep::kFineWeight)
             return rough->value;
     return std::exp(-depthToLight(scene, l, at.cell, at.p, counts));
@@ -55,11 +57,16 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
     const double weight = sample.transmittance;
     sample.transmittance = 0;
     if (!(weight > 0) || weight < scene.params.cutoff) return;
+    const double clear = scratch.haze.transmittance(hit.distance);
     const Material& material = skins.meshes()[hit.skin].material;
     const Lobe lobe = makeLobe(material);
+    const DomeLight around = domeLight(scene, skins, hit, scratch.sample, weight, scratch.counts);
     const Vec3d albedo = material.alpha * hit.colour,
-                ambient = weight * albedo * scene.params.ambient;
+                ambient = weight * clear
+        * (albedo * around.front + material.transmission * hit.colour * around.back);
     sample.radiance += ambient;
+    sample.ambient += ambient;
+    sample.haze += weight * (1 - clear) * scratch.haze.colour();
     if (seen) seen->emplace(SeenSkin{hit, weight, {}, ambient});
     if (scene.params.aovs) {
         sample.albedo += weight * albedo;
@@ -75,13 +82,16 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         const Vec3d reflected =
             f.colour(material, hit.colour) * scene.lights[l].strength * in.weight;
         if (!(reflected[0] + reflected[1] + reflected[2] > 0)) continue;
+        const Vec3d& start = in.L.dot(hit.normal) > 0 ? hit.start : hit.back_start;
         double passes = 1;
         if (shadows)
-            passes = skins.isOccluded(hit.start, in.L, in.distance)
+            passes = skins.isOccluded(start, in.L, in.distance)
                 ? 0
                 : throughVolume(scene, l, at, in, weight, scratch.counts);
-        const Vec3d radiance = weight * passes * reflected;
+        const Vec3d offered = weight * clear * reflected,
+                    radiance = weight * clear * passes * reflected;
         sample.radiance += radiance;
+        scratch.addLight(l, offered, radiance);
         if (scene.params.aovs) scratch.light_radiance[l] += radiance;
         if (seen) (*seen)->lights.push_back({l, reflected, passes, radiance});
     }
