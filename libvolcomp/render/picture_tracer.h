@@ -36,11 +36,13 @@ public:
 
     /// The ray through a place of the whole picture, pixels from its top left corner.
     CameraRay ray(double x, double y) const { return m_rays.ray(x, y); }
+    /// LevelOfDetail::trace().
     RaySample trace(const CameraRay& ray, Integrator::Scratch& scratch,
-                    std::optional<SeenSkin>* seen = nullptr) const
+                    std::optional<SeenSkin>* seen = nullptr, int light_part = 0) const
     {
-        return m_tracer.trace(ray.origin, ray.direction, scratch, seen);
+        return m_tracer.trace(ray.origin, ray.direction, scratch, seen, light_part);
     }
+    int lightParts() const { return m_tracer.lightParts(); }
     std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }
     const Openness* openness() const { return m_tracer.openness(); }
     double opennessSeconds() const { return m_tracer.opennessSeconds(); }

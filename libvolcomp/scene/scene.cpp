@@ -132,6 +132,12 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     TableReader dome = r.table(
         {"dome", "", "The sky: light from all directions, and what is seen behind everything"});
     s.render.dome = readDome(dome);
+    TableReader haze =
+        r.table({"haze", "", "Air that glows and hides what is far away; lights pass it freely"});
+    s.render.haze = readHaze(haze);
+    TableReader picture = r.table(
+        {"picture", "", "How PNG and previews show the picture; an EXR has the radiance itself"});
+    s.look = readLook(picture);
     r.finish();
     return shared;
 }

@@ -14,6 +14,7 @@
 #include "volcomp/grow/growth_rule.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/surface/surface.h"
+#include "volcomp/view/tone.h"
 #include "volcomp/scene/key_docs.h"
 
 namespace volcomp {
@@ -33,6 +34,7 @@ struct Scene {
     Camera camera;
     std::vector<Light> lights;
     RenderParams render;
+    Look look; ///< of pictures as PNG
     /// What may be a mistake, one sentence each, with the file and the line; programs print them.
     std::vector<std::string> warnings;
 };

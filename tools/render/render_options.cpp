@@ -67,6 +67,14 @@ RenderOptions::RenderOptions(CLI::App& app)
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
                + scenes)
         ->check(realNumber(0, 0.99));
+    app.add_option("--light-samples", m_light_samples,
+                   "Hard lights that a soft one stands for" + scenes)
+        ->check(wholeNumber(1, 256));
+    app.add_option("--exposure", m_exposure,
+                   "Of PNG and previews, stops: +1 is twice as bright" + scenes)
+        ->check(realNumber(-100, 100));
+    addChoice(app, "--tone", m_tone, "How PNG and previews show what is bright" + scenes,
+              kToneWords);
     app.add_flag(
         "!--no-background", m_background,
         "Nothing behind the volume: black there, and alpha 0, whatever the scene says; a dome "
@@ -76,8 +84,15 @@ RenderOptions::RenderOptions(CLI::App& app)
         "Coarser voxels where they are smaller than pixels" + scenes);
 }
 
+void RenderOptions::apply(Look& look) const
+{
+    look.exposure = m_exposure.value_or(look.exposure);
+    look.tone = m_tone.value_or(look.tone);
+}
+
 void RenderOptions::apply(RenderParams& params) const
 {
+    params.light_samples = m_light_samples.value_or(params.light_samples);
     if (!m_size.empty()) {
         const std::string expected =
             "WIDTHxHEIGHT in pixels, two whole numbers from 1 on, such as 640x480";

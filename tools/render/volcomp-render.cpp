@@ -13,6 +13,7 @@
 #include "volcomp/view/image.h"
 #include "volcomp/render/explain.h"
 #include "volcomp/render/render.h"
+#include "tools/render/light_report.h"
 #include "tools/render/render_options.h"
 #include "tools/shared/numbers.h"
 #include "volcomp/scene/scene_inputs.h"
@@ -92,7 +93,7 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
     watch.update = [&](const RenderState& so_far, const Image& image) {
         if (!options.preview.empty())
             attempt(tool, "the preview", preview_warned,
-                    [&] { writeImage(options.preview, image); });
+                    [&] { writeImage(options.preview, image, {}, scene.look); });
         if (!saves || (!stop_asked && wallSeconds() - saved < options.checkpoint_seconds)) return;
         kept = attempt(tool, "the checkpoint", checkpoint_warned,
                        [&] { writeCheckpoint(checkpoint, fingerprint, so_far); });
@@ -114,7 +115,7 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
 }
 
 void writePictures(const Tool& tool, const Options& options, const fs::path& volume,
-                   const std::string& recipe, const nlohmann::json& settings,
+                   const std::string& recipe, const nlohmann::json& settings, const Look& look,
                    const RenderStats& stats, const Image& image)
 {
     std::vector<std::pair<std::string, std::string>> about{
@@ -124,15 +125,18 @@ void writePictures(const Tool& tool, const Options& options, const fs::path& vol
         {"volcomp/recipe", recipe},
         {"volcomp/settings", settings.dump()}};
     for (const auto& output : options.outputs)
-        if (!requirePictureName(output))
-            writeImage(output, image, about); // the same bytes whenever it is rendered
+        if (!requirePictureName(output)) { // the same bytes whenever it is rendered
+            auto png = about;
+            if (look != Look()) png.emplace_back("volcomp/picture", lookOf(look).dump());
+            writeImage(output, image, png, look);
+        }
     about.emplace_back("volcomp/seconds",
                        fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds));
     for (const auto& output : options.outputs)
         if (requirePictureName(output)) writeImage(output, image, about);
     bool warned = false;
     if (!options.preview.empty())
-        attempt(tool, "the preview", warned, [&] { writeImage(options.preview, image); });
+        attempt(tool, "the preview", warned, [&] { writeImage(options.preview, image, {}, look); });
 }
 
 /// Writes the files of the volume's levels if that is asked for, or warns if there are some that
@@ -279,6 +283,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
         tool.warn(options.scene.string()
                   + ": no [[light]], no [dome] and no ambient light: the volume will be black");
     overrides.apply(scene.render);
+    overrides.apply(scene.look);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);
         requirePixel(scene.render, pixel.x, pixel.y, "--explain");
@@ -303,6 +308,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     for (const VoxelLevel& level : levels)
         for (const std::string& warning : level.tree->warnings()) tool.warn(warning);
     tool.stats["settings"] = settingsOf(scene.render);
+    tool.stats["picture"] = lookOf(scene.look);
     if (!options.explain.empty()) explainPixel(tool, options, scene, levels, skins.get());
     if (options.outputs.empty()) return;
 
@@ -310,6 +316,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     const Image image = renderWatched(tool, options, scene, levels, skins.get(), checkpoint,
                                       std::move(state), fingerprint, stats);
     tool.stats["render"] = asJson(stats, levels);
+    tool.stats["light"] = lightStats(scene.lights, stats);
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
@@ -322,11 +329,13 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     const std::string recipe = fmt::format("{:016x}", fnv1a(ingredients.dump()));
     tool.stats["recipe"] = recipe;
     tool.stage("write", [&](const Progress&) {
-        writePictures(tool, options, volume, recipe, tool.stats["settings"], stats, image);
+        writePictures(tool, options, volume, recipe, tool.stats["settings"], scene.look, stats,
+                      image);
     });
     std::error_code ignored;
     if (usesCheckpoint(options)) fs::remove(checkpoint, ignored);
     for (const auto& output : options.outputs) tool.say("wrote " + output.string());
+    for (const std::string& line : lightReport(scene.lights, stats)) tool.say(line);
 }
 
 /// The program's own options.

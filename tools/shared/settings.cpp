@@ -51,10 +51,21 @@ nlohmann::json settingsOf(const RenderParams& p)
             {"own_shade", wordOf(kOwnShadeWords, p.own_shade)},
             {"scattering", wordOf(kScatteringWords, p.scattering)},
             {"undirected", wordOf(kUndirectedWords, p.undirected)},
+            {"light_samples", p.light_samples},
+            {"haze",
+             {{"colour", colour(p.haze.colour)},
+              {"density", p.haze.density},
+              {"height", p.haze.height},
+              {"base", p.haze.base}}},
             {"aovs", p.aovs},
             {"background", colour(p.background)},
             {"ambient", colour(p.ambient)},
             {"dome", settingsOf(p.dome)}};
+}
+
+nlohmann::json lookOf(const Look& look)
+{
+    return {{"exposure", look.exposure}, {"tone", wordOf(kToneWords, look.tone)}};
 }
 
 } // namespace volcomp
