@@ -14,7 +14,7 @@ namespace {
 
 bool shinesNowhere(const RenderParams& params, const std::vector<Light>& lights)
 {
-    return params.ambient == Vec3d(0.0)
+    return params.ambient == Vec3d(0.0) && params.dome.black()
         && std::all_of(lights.begin(), lights.end(),
                        [](const Light& l) { return l.strength == Vec3d(0.0); });
 }

@@ -26,9 +26,10 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
         light_rays.emplace_back(tree, Vec3d(0.0), -l.direction, 0);
     }
     const auto black = [](const Vec3d& v) { return v == Vec3d(0.0); };
-    transmits_only = !params.aovs && black(params.ambient)
+    transmits_only = !params.aovs && !hasSky()
         && std::all_of(lights.begin(), lights.end(),
                        [&](const Light& l) { return black(l.strength); });
+    if (hasSky()) sky = makeSkyTable(params, tree);
     if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
 }
 
@@ -37,8 +38,6 @@ bool MarchScene::wantsOpenness() const
     return params.shadows != Shadows::none
         && (params.scattering == Scattering::multiple || hasSky());
 }
-
-void MarchScene::setOpenness(const Openness& the_openness) { openness = &the_openness; }
 
 constexpr double kWithoutCutoff = 12; // e^-12 is 6e-6
 
