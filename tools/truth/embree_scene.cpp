@@ -53,6 +53,11 @@ struct Context {
     }
 };
 
+const Vec3d& startOf(const ExactHit& from, const Vec3d& d)
+{
+    return from.direction.dot(d) < 0 ? from.start_behind : from.start;
+}
+
 RTCRay rayOf(const Vec3d& origin, const Vec3d& direction, double far)
 {
     RTCRay ray{};
@@ -230,10 +235,9 @@ struct EmbreeScene::Impl {
         attach(top, g);
     }
 
-    /// The first thing on a ray, whose context names what it passes.
-    std::optional<ExactHit> hit(Context& context, const Vec3d& from, const Vec3d& direction) const;
-    std::optional<ExactHit> hitPiece(Context& context, const Vec3d& from, const Vec3d& direction,
-                                     double distance) const;
+    std::optional<ExactHit> hit(const Vec3d& from, const Vec3d& direction, Context& context) const;
+    std::optional<ExactHit> hitPiece(const Vec3d& from, const Vec3d& direction, double distance,
+                                     Context& context) const;
 
     void describePiece(const Source& source, const RTCHit& found, ExactHit& hit) const
     {
@@ -255,7 +259,7 @@ struct EmbreeScene::Impl {
         const double radius =
             (double(s.size_a) * (1 - at.f) + double(s.size_b) * at.f) * double(placement.scale);
         if (!s.flat() && radius >= solid_radius) {
-            hit.start = hit.position + outward * (1e-4 * radius);
+            hit.start = hit.start_behind = hit.position + outward * (1e-4 * radius);
             hit.first_own = 1, hit.last_own = 0;
             return;
         }
@@ -278,25 +282,26 @@ EmbreeScene::~EmbreeScene() = default;
 std::optional<ExactHit> EmbreeScene::hit(const Vec3d& origin, const Vec3d& direction) const
 {
     Context context;
-    return m->hit(context, origin, direction);
+    return m->hit(origin, direction, context);
 }
 
-std::optional<ExactHit> EmbreeScene::hit(const ExactHit& from, const Vec3d& direction) const
+std::optional<ExactHit> EmbreeScene::hitFrom(const ExactHit& from, const Vec3d& d) const
 {
     Context context(from);
-    return m->hit(context, from.start, direction);
+    return m->hit(startOf(from, d), d, context);
 }
 
-std::optional<ExactHit> EmbreeScene::Impl::hit(Context& context, const Vec3d& from,
-                                               const Vec3d& direction) const
+std::optional<ExactHit> EmbreeScene::Impl::hit(const Vec3d& from, const Vec3d& direction,
+                                               Context& context) const
 {
     const std::optional<SkinHit> skin = skins->hit(from, direction);
     std::optional<ExactHit> piece =
-        hitPiece(context, from, direction, skin ? skin->distance : kInfinity);
+        hitPiece(from, direction, skin ? skin->distance : kInfinity, context);
     if (piece || !skin) return piece;
     ExactHit hit;
     hit.position = skin->position;
     hit.start = skin->start;
+    hit.start_behind = skin->position * 2.0 - skin->start;
     hit.direction = skin->normal;
     hit.colour = skin->colour;
     hit.material = &skins->meshes()[skin->skin].material;
@@ -306,8 +311,8 @@ std::optional<ExactHit> EmbreeScene::Impl::hit(Context& context, const Vec3d& fr
     return hit;
 }
 
-std::optional<ExactHit> EmbreeScene::Impl::hitPiece(Context& context, const Vec3d& from,
-                                                    const Vec3d& direction, double distance) const
+std::optional<ExactHit> EmbreeScene::Impl::hitPiece(const Vec3d& from, const Vec3d& direction,
+                                                    double distance, Context& context) const
 {
     RTCRayHit found{};
     found.ray = rayOf(from - origin, direction, distance);
@@ -315,7 +320,7 @@ std::optional<ExactHit> EmbreeScene::Impl::hitPiece(Context& context, const Vec3
     rtcIntersect1(top, &context.base, &found);
     if (found.hit.geomID == kNone) return std::nullopt;
     ExactHit hit;
-    hit.position = hit.start = from + direction * double(found.ray.tfar);
+    hit.position = hit.start = hit.start_behind = from + direction * double(found.ray.tfar);
     hit.instance = found.hit.instID[0];
     hit.geometry = found.hit.geomID;
     hit.first_own = hit.last_own = found.hit.primID;
@@ -329,9 +334,10 @@ std::optional<ExactHit> EmbreeScene::Impl::hitPiece(Context& context, const Vec3
 
 bool EmbreeScene::isOccluded(const ExactHit& from, const Vec3d& L, double distance) const
 {
-    if (m->skins->isOccluded(from.start, L, distance)) return true;
+    const Vec3d start = startOf(from, L);
+    if (m->skins->isOccluded(start, L, distance)) return true;
     Context context(from);
-    RTCRay ray = rayOf(from.start - m->origin, L, distance);
+    RTCRay ray = rayOf(start - m->origin, L, distance);
     rtcOccluded1(m->top, &context.base, &ray);
     return ray.tfar < 0;
 }

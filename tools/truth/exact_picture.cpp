@@ -6,7 +6,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include "tools/truth/light_path.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/interval.h"
 #include "volcomp/base/random.h"
@@ -38,21 +37,16 @@ public:
         }
         return {u, v};
     }
-    /// The random numbers of what the sample sees.
-    Random path(int sample) const { return Random(hashKey(hashKey(m_key, sample), 1)); }
     int samples() const { return m_samples; }
+    PathNumbers path(int sample) const { return {hashKey(m_key, kPaths), sample}; }
 
 private:
+    static constexpr std::uint64_t kPaths = 1ULL << 32; ///< beyond all samples
     std::uint64_t m_key;
     int m_samples, m_side;
 };
 
 } // namespace
-
-int bouncesOf(const RenderParams& params)
-{
-    return params.scattering == Scattering::single ? 1 : 128;
-}
 
 Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const ExactParams& params,
                    const Progress& progress)
@@ -64,22 +58,24 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
     if (params.samples < (params.halves ? 2 : 1))
         throw Error(params.halves ? "expected at least 2 samples, for two halves"
                                   : "expected at least 1 sample");
+    if (params.paths.bounces < 1 || (params.paths.bounces > 1 && !params.paths.shadows))
+        throw Error("expected at least 1 bounce, and without shadows 1");
     const CameraRays rays(scene.camera, render.width, render.height);
     const PixelSampler filter(render);
     const bool backed = render.hasBackdrop(); // as render(): alpha is 1 then
     const int first_samples = params.halves ? params.samples / 2 : params.samples,
               second_samples = params.samples - first_samples;
 
-    const int bounces = params.bounces > 0 ? params.bounces : bouncesOf(render);
     const auto trace = [&](int x, int y, const HalfPixel& samples) {
         Sums sums{};
         for (int s = 0; s < samples.samples(); ++s) {
             const auto [u, v] = samples.place(s);
             const CameraRay ray = rays.ray(x + 0.5 + filter.warp(u), y + 0.5 + filter.warp(v));
             const auto hit = embree.hit(ray.origin, ray.direction);
-            const Vec3d seen = hit ? pathRadiance(embree, scene, *hit, -ray.direction, bounces,
-                                                  params.shadows, samples.path(s))
-                                   : render.backdrop(ray.direction);
+            PathNumbers numbers = samples.path(s);
+            const Vec3d seen = hit
+                ? pathRadiance(embree, scene, *hit, -ray.direction, params.paths, numbers)
+                : render.backdrop(ray.direction);
             const HazeRay haze(render.haze, ray.origin, ray.direction);
             const double distance = hit ? (hit->position - ray.origin).length() : kInfinity;
             const Vec3d hazy = haze.seen(seen, distance);
