@@ -13,15 +13,10 @@ from the scene's text, the samples and the program, so that a second run takes o
 itself needs. CPU seconds are user and system, of all threads.
 """
 import argparse
-import hashlib
 import json
 import os
-import resource
-import subprocess
-import sys
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-PRIMITIVES = os.path.join(ROOT, "scenes", "primitives")
+from programs import PRIMITIVES, Programs, add_options, run
 
 # Directions in which the light travels; the camera looks along -Z and a little down.
 LIGHTS = {
@@ -75,35 +70,7 @@ def scene_text(name, light):
     return "\n".join(text) + "\n"
 
 
-def run(command):
-    """Runs a program quietly; returns its CPU seconds and its standard output."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    process = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    if process.returncode:
-        sys.exit(f"{' '.join(command)} failed:\n{process.stderr}")
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, process.stdout
-
-
-def digest(*texts):
-    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
-
-
-def content(file):
-    with open(file, "rb") as stream:
-        return hashlib.sha256(stream.read()).hexdigest()
-
-
-class Bench:
-    def __init__(self, arguments):
-        self.bin, self.samples = arguments.bin, arguments.samples
-        self.folder = arguments.keep
-        self.truth_program = content(os.path.join(self.bin, "volcomp-truth"))
-        os.makedirs(self.folder, exist_ok=True)
-
-    def program(self, name):
-        return os.path.join(self.bin, "volcomp-" + name)
-
+class Bench(Programs):
     def measure(self, name):
         """Rows of one scene: a dictionary for each light."""
         base = os.path.join(self.folder, name.replace(" ", "_"))
@@ -120,12 +87,7 @@ class Bench:
             picture, stats = base + ".exr", base + ".json"
             rendered, _ = run([self.program("render"), scene, "--volume", volume, "-o", picture,
                                "-q"])
-            exact = os.path.join(self.folder, "exact_" + digest(
-                scene_text(name, light), str(self.samples), self.truth_program) + ".exr")
-            traced = 0
-            if not os.path.exists(exact):
-                traced, _ = run([self.program("truth"), scene, "--samples", str(self.samples),
-                                 "-o", exact, "-q"])
+            exact, traced = self.exact(scene, scene_text(name, light))
             run([self.program("truth"), scene, "--known", exact, "--compare", picture, "-q",
                  "--stats", stats])
             with open(stats) as stream:
@@ -165,12 +127,8 @@ def table(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", help="scenes whose name has this word")
-    parser.add_argument("--samples", type=int, default=256, help="of the exact pictures")
-    parser.add_argument("--keep", default=os.path.join(ROOT, "out", "truth"))
-    parser.add_argument("--output", help="also write the table to this file")
+    add_options(parser, samples=256)
     parser.add_argument("--write", help="only write the scenes into this folder")
-    parser.add_argument("bin", nargs="?", default=os.path.join(ROOT, "build", "release", "bin"))
     arguments = parser.parse_args()
     if arguments.write:
         os.makedirs(arguments.write, exist_ok=True)

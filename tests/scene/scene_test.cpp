@@ -37,6 +37,26 @@ protected:
 
 constexpr const char* kMaterial = "[material.fur]\nkind = \"fibre\"\n";
 
+TEST_F(SceneFile, hazeAndPictureHaveTablesOfTheirOwn)
+{
+    EXPECT_EQ(messageOf("[haze]\ndensity = 0.02\nheight = 5\nbase = -1\ncolour = [0.5, 0.5, 0.5]\n"
+                        "[picture]\nexposure = -1.5\ntone = 'filmic'\n"
+                        "[render]\nlight_samples = 3\n"),
+              "no error");
+    const Scene scene = readScene(m_file);
+    EXPECT_EQ(scene.render.haze.density, 0.02);
+    EXPECT_EQ(scene.render.haze.height, 5);
+    EXPECT_EQ(scene.render.haze.base, -1);
+    EXPECT_EQ(scene.render.haze.colour, Vec3d(0.5));
+    EXPECT_EQ(scene.render.light_samples, 3);
+    EXPECT_EQ(scene.look.exposure, -1.5);
+    EXPECT_EQ(scene.look.tone, Tone::filmic);
+    EXPECT_NE(messageOf("[picture]\ntone = 'aces'\n").find(":2: picture.tone: expected"),
+              std::string::npos);
+    EXPECT_NE(messageOf("[haze]\ndensity = -1\n").find(":2: haze.density: expected"),
+              std::string::npos);
+}
+
 TEST_F(SceneFile, namesThatNothingHasAreShownWithTheKnownOnes)
 {
     const std::string box = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fuzz\"\n");
@@ -157,7 +177,7 @@ TEST_F(SceneFile, namesThatBreakFilesOrChannelsAreRefused)
                 << messageOf(text);
     }
     EXPECT_EQ(messageOf(layer + "\"rote T\xc3\xbclpen 2\"\n"), "no error");
-    for (const char* name : {"R", "A", "Z", "N", "albedo"})
+    for (const char* name : {"R", "A", "Z", "N", "albedo", "ambient", "background", "haze"})
         EXPECT_NE(messageOf("[[light]]\n[[light]]\nname = '" + std::string(name) + "'\n")
                       .find(":3: light.name: expected a name that no channel of the picture has"),
                   std::string::npos)
@@ -246,10 +266,13 @@ comb_map = "comb.png"
 where = [{image = "where.png"}, {image = "skin.png"}]
 size_map = [{image = "size.png"}]
 colour = [{image = "maps/colour.png"}]
+[dome]
+kind = "image"
+image = "sky.exr"
 )"));
     std::vector<fs::path> expected;
     for (const char* name : {"a.obj", "a.toml", "boxes.toml", "comb.png", "height.png",
-                             "maps/colour.png", "size.png", "skin.png", "where.png"})
+                             "maps/colour.png", "size.png", "skin.png", "sky.exr", "where.png"})
         expected.push_back(folder.path() / name);
     EXPECT_EQ(usedFiles(scene), expected);
     EXPECT_NE(scene.surfaces.at(0).source.find("ground = [1, 1]\nheight_map = \"height.png\"\n"),
@@ -259,6 +282,15 @@ colour = [{image = "maps/colour.png"}]
     for (const char* line : {"material = \"fur\"\n", "\nlevel.1.length = 1\n",
                              "\nlevel.1.radius = 0.1\n", "\nlevel.1.curl_turns = 3\n"})
         EXPECT_NE(box.find(line), std::string::npos) << line;
+}
+
+TEST_F(SceneFile, onlyADomeOfKindImageHasOne)
+{
+    std::string message = messageOf("[dome]\nkind = \"image\"\n");
+    EXPECT_NE(message.find("the path of an image"), std::string::npos) << message;
+    message = messageOf("[dome]\nimage = \"sky.exr\"\n");
+    EXPECT_NE(message.find("dome.image: expected no image, or kind = \"image\""), std::string::npos)
+        << message;
 }
 
 TEST_F(SceneFile, unknownTablesAreRefused)

@@ -9,7 +9,7 @@
 #include "tools/shared/choice.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/clock.h"
@@ -21,6 +21,7 @@
 #include "volcomp/place/placements_io.h"
 #include "volcomp/scene/place_scene.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
@@ -52,7 +53,7 @@ fs::path boxFile(const fs::path& directory, const BoxKind& kind, int variant)
 /// Throws Error if an output cannot be written, or is an input.
 void requireOutputs(const Tool& tool, const Options& options, const Scene& scene)
 {
-    std::vector<NamedFile> inputs = filesOf(scene);
+    std::vector<NamedFile> inputs = inputsOf(scene);
     for (const BoxKind& kind : usedBoxes(scene))
         for (int variant = 0; variant < kind.variants; ++variant)
             inputs.push_back({"a box", boxFile(options.boxes, kind, variant)});
@@ -172,8 +173,10 @@ double voxelSize(const Tool& tool, const Scene& scene, const PlacedScene& placed
     return voxel.size;
 }
 
-void cull(Tool& tool, const Scene& scene, const std::vector<Box>& boxes, PlacedScene& placed)
+void cull(Tool& tool, Scene scene, const std::vector<Box>& boxes, PlacedScene& placed)
 {
+    for (const std::string& sun : loadSceneDome(scene)) // they throw shadows, too
+        tool.say(sun);
     const std::size_t before = placed.boxes.size();
     tool.stats["culled"] = tool.stage("cull", [&](const Progress&) {
         return cullPlacements(placed.boxes, boxes, scene.camera, scene.render.width,

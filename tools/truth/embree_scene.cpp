@@ -44,7 +44,19 @@ struct Context {
                 a->valid[0] = 0;
         };
     }
+    explicit Context(const ExactHit& from) : Context()
+    {
+        instance = from.instance;
+        geometry = from.geometry;
+        first = from.first_own;
+        last = from.last_own;
+    }
 };
+
+const Vec3d& startOf(const ExactHit& from, const Vec3d& d)
+{
+    return from.direction.dot(d) < 0 ? from.start_behind : from.start;
+}
 
 RTCRay rayOf(const Vec3d& origin, const Vec3d& direction, double far)
 {
@@ -223,8 +235,9 @@ struct EmbreeScene::Impl {
         attach(top, g);
     }
 
-    std::optional<ExactHit> hitPiece(const Vec3d& from, const Vec3d& direction,
-                                     double distance) const;
+    std::optional<ExactHit> hit(const Vec3d& from, const Vec3d& direction, Context& context) const;
+    std::optional<ExactHit> hitPiece(const Vec3d& from, const Vec3d& direction, double distance,
+                                     Context& context) const;
 
     void describePiece(const Source& source, const RTCHit& found, ExactHit& hit) const
     {
@@ -246,7 +259,7 @@ struct EmbreeScene::Impl {
         const double radius =
             (double(s.size_a) * (1 - at.f) + double(s.size_b) * at.f) * double(placement.scale);
         if (!s.flat() && radius >= solid_radius) {
-            hit.start = hit.position + outward * (1e-4 * radius);
+            hit.start = hit.start_behind = hit.position + outward * (1e-4 * radius);
             hit.first_own = 1, hit.last_own = 0;
             return;
         }
@@ -268,33 +281,46 @@ EmbreeScene::~EmbreeScene() = default;
 
 std::optional<ExactHit> EmbreeScene::hit(const Vec3d& origin, const Vec3d& direction) const
 {
-    const std::optional<SkinHit> skin = m->skins->hit(origin, direction);
+    Context context;
+    return m->hit(origin, direction, context);
+}
+
+std::optional<ExactHit> EmbreeScene::hitFrom(const ExactHit& from, const Vec3d& d) const
+{
+    Context context(from);
+    return m->hit(startOf(from, d), d, context);
+}
+
+std::optional<ExactHit> EmbreeScene::Impl::hit(const Vec3d& from, const Vec3d& direction,
+                                               Context& context) const
+{
+    const std::optional<SkinHit> skin = skins->hit(from, direction);
     std::optional<ExactHit> piece =
-        m->hitPiece(origin, direction, skin ? skin->distance : kInfinity);
+        hitPiece(from, direction, skin ? skin->distance : kInfinity, context);
     if (piece || !skin) return piece;
     ExactHit hit;
     hit.position = skin->position;
     hit.start = skin->start;
+    hit.start_behind = skin->position * 2.0 - skin->start;
     hit.direction = skin->normal;
     hit.colour = skin->colour;
-    hit.material = &m->skins->meshes()[skin->skin].material;
-    hit.lobe = &m->skin_lobes[skin->skin];
+    hit.material = &skins->meshes()[skin->skin].material;
+    hit.lobe = &skin_lobes[skin->skin];
     hit.instance = hit.geometry = kNone;
     hit.first_own = 1, hit.last_own = 0;
     return hit;
 }
 
 std::optional<ExactHit> EmbreeScene::Impl::hitPiece(const Vec3d& from, const Vec3d& direction,
-                                                    double distance) const
+                                                    double distance, Context& context) const
 {
-    Context context;
     RTCRayHit found{};
     found.ray = rayOf(from - origin, direction, distance);
     found.hit.geomID = found.hit.instID[0] = kNone;
     rtcIntersect1(top, &context.base, &found);
     if (found.hit.geomID == kNone) return std::nullopt;
     ExactHit hit;
-    hit.position = hit.start = from + direction * double(found.ray.tfar);
+    hit.position = hit.start = hit.start_behind = from + direction * double(found.ray.tfar);
     hit.instance = found.hit.instID[0];
     hit.geometry = found.hit.geomID;
     hit.first_own = hit.last_own = found.hit.primID;
@@ -308,13 +334,10 @@ std::optional<ExactHit> EmbreeScene::Impl::hitPiece(const Vec3d& from, const Vec
 
 bool EmbreeScene::isOccluded(const ExactHit& from, const Vec3d& L, double distance) const
 {
-    if (m->skins->isOccluded(from.start, L, distance)) return true;
-    Context context;
-    context.instance = from.instance;
-    context.geometry = from.geometry;
-    context.first = from.first_own;
-    context.last = from.last_own;
-    RTCRay ray = rayOf(from.start - m->origin, L, distance);
+    const Vec3d start = startOf(from, L);
+    if (m->skins->isOccluded(start, L, distance)) return true;
+    Context context(from);
+    RTCRay ray = rayOf(start - m->origin, L, distance);
     rtcOccluded1(m->top, &context.base, &ray);
     return ray.tfar < 0;
 }

@@ -23,9 +23,10 @@ struct ExactHit {
     const Material* material = nullptr;
     const Lobe* lobe = nullptr;
 
-    /// Where rays that leave the hit start, and which primitives they do not meet: the piece that
-    /// was hit, and for a fibre those that it is joined to.
-    Vec3d start;
+    /// Where rays that leave the hit start, on the side of `direction` and on the other one, and
+    /// which primitives they do not meet: the piece that was hit, and for a fibre those that it is
+    /// joined to.
+    Vec3d start, start_behind;
     std::uint32_t instance, geometry, first_own, last_own;
 };
 
@@ -44,6 +45,9 @@ public:
 
     /// The first thing that a ray meets; the direction is of unit length.
     std::optional<ExactHit> hit(const Vec3d& origin, const Vec3d& direction) const;
+
+    /// The first thing that a ray meets which leaves a hit in the direction `d` (unit).
+    std::optional<ExactHit> hitFrom(const ExactHit& from, const Vec3d& d) const;
 
     /// Whether something lies within `distance` of the hit in the direction `L` (unit).
     bool isOccluded(const ExactHit& from, const Vec3d& L, double distance) const;

@@ -7,13 +7,12 @@
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/base/random.h"
 #include "volcomp/render/pixel_filter.h"
 
 namespace volcomp {
 namespace {
-
-constexpr double kClosest = 1e-6; ///< least distance to a light, world units
 
 /// Sums of the samples of one pixel: R, G, B, A.
 using Sums = std::array<double, 4>;
@@ -39,31 +38,15 @@ public:
         return {u, v};
     }
     int samples() const { return m_samples; }
+    PathNumbers path(int sample) const { return {hashKey(m_key, kPaths), sample}; }
 
 private:
+    static constexpr std::uint64_t kPaths = 1ULL << 32; ///< beyond all samples
     std::uint64_t m_key;
     int m_samples, m_side;
 };
 
 } // namespace
-
-Vec3d radianceOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit, const Vec3d& V,
-                 bool shadows)
-{
-    const Material& material = *hit.material;
-    Vec3d sum = material.alpha * hit.colour * scene.render.ambient;
-    for (const Light& light : scene.lights) {
-        const Illumination in = illuminate(light, hit.position, kClosest);
-        if (!(in.weight > 0)) continue;
-        const Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
-                                       : reflectSurface(*hit.lobe, hit.direction, V, in.L);
-        const Vec3d colour = f.colour(material, hit.colour);
-        if (!(colour[0] + colour[1] + colour[2] > 0)) continue;
-        if (shadows && embree.isOccluded(hit, in.L, in.distance)) continue;
-        sum += colour * light.strength * in.weight;
-    }
-    return sum;
-}
 
 Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const ExactParams& params,
                    const Progress& progress)
@@ -75,9 +58,11 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
     if (params.samples < (params.halves ? 2 : 1))
         throw Error(params.halves ? "expected at least 2 samples, for two halves"
                                   : "expected at least 1 sample");
+    if (params.paths.bounces < 1 || (params.paths.bounces > 1 && !params.paths.shadows))
+        throw Error("expected at least 1 bounce, and without shadows 1");
     const CameraRays rays(scene.camera, render.width, render.height);
     const PixelSampler filter(render);
-    const bool backed = render.background.lengthSqr() > 0; // as render(): alpha is 1 then
+    const bool backed = render.hasBackdrop(); // as render(): alpha is 1 then
     const int first_samples = params.halves ? params.samples / 2 : params.samples,
               second_samples = params.samples - first_samples;
 
@@ -87,10 +72,15 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
             const auto [u, v] = samples.place(s);
             const CameraRay ray = rays.ray(x + 0.5 + filter.warp(u), y + 0.5 + filter.warp(v));
             const auto hit = embree.hit(ray.origin, ray.direction);
-            const Vec3d seen = hit ? radianceOf(embree, scene, *hit, -ray.direction, params.shadows)
-                                   : render.background;
-            for (int c = 0; c < 3; ++c) sums[c] += seen[c];
-            sums[3] += hit || backed;
+            PathNumbers numbers = samples.path(s);
+            const Vec3d seen = hit
+                ? pathRadiance(embree, scene, *hit, -ray.direction, params.paths, numbers)
+                : render.backdrop(ray.direction);
+            const HazeRay haze(render.haze, ray.origin, ray.direction);
+            const double distance = hit ? (hit->position - ray.origin).length() : kInfinity;
+            const Vec3d hazy = haze.seen(seen, distance);
+            for (int c = 0; c < 3; ++c) sums[c] += hazy[c];
+            sums[3] += hit || backed ? 1 : 1 - haze.transmittance(kInfinity);
         }
         return sums;
     };

@@ -10,11 +10,12 @@
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
 #include "tools/shared/picture_error.h"
-#include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/error.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "volcomp/view/image.h"
 
 namespace {
@@ -30,6 +31,7 @@ struct Options {
     ExactParams params;
     double solid_radius = 0;
     int block = 4;
+    int bounces = 0; // 0: by the scene
     bool background = true;
 };
 
@@ -37,12 +39,18 @@ Scene sceneOf(const Tool& tool, const Options& options)
 {
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
-    std::vector<NamedFile> outputs, inputs = filesOf(scene);
+    std::vector<NamedFile> outputs, inputs = inputsOf(scene);
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     inputs.push_back({"--compare", options.compared});
     tool.requireFiles(inputs, outputs);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     leaveOut(scene, options.leave_out);
-    if (!options.background) scene.render.background = Vec3d(0.0);
+    if (!options.background) {
+        scene.render.background = Vec3d(0.0);
+        scene.render.dome.visible = false;
+    }
+    // What is scattered more than once has to have an albedo.
+    if (options.bounces > 1) scene.render.scattering = Scattering::multiple;
     if (options.size.empty()) return scene;
     const std::string expected = "WIDTHxHEIGHT in pixels, such as 640x480";
     const std::size_t x = options.size.find('x');
@@ -54,9 +62,21 @@ Scene sceneOf(const Tool& tool, const Options& options)
     return scene;
 }
 
+ExactParams paramsOf(const Options& options, const Scene& scene)
+{
+    constexpr int kBounces = 64; // what is still under way then is below 0.1 % up to a = 0.95
+    ExactParams params = options.params;
+    params.paths.bounces = options.bounces;
+    if (options.bounces == 0)
+        params.paths.bounces =
+            scene.render.scattering == Scattering::multiple && params.paths.shadows ? kBounces : 1;
+    return params;
+}
+
 Image makePicture(Tool& tool, const Options& options)
 {
     Scene scene = sceneOf(tool, options);
+    const ExactParams params = paramsOf(options, scene);
     const ExactScene exact = tool.stage(
         "grow and place", [&](const Progress& p) { return makeExactScene(std::move(scene), p); });
     tool.say(fmt::format("{} boxes, {} segments", exact.placed.boxes.size(), exact.segmentCount()));
@@ -64,18 +84,19 @@ Image makePicture(Tool& tool, const Options& options)
         options.solid_radius > 0 ? options.solid_radius : std::numeric_limits<double>::infinity();
     const auto embree = tool.stage(
         "tree", [&](const Progress&) { return std::make_unique<EmbreeScene>(exact, solid); });
-    Image image = tool.stage("trace", [&](const Progress& p) {
-        return exactPicture(exact, *embree, options.params, p);
-    });
+    Image image = tool.stage(
+        "trace", [&](const Progress& p) { return exactPicture(exact, *embree, params, p); });
     tool.stats["segments"] = exact.segmentCount();
     tool.stats["placements"] = exact.placed.boxes.size();
     tool.stats["samples"] = options.params.samples;
     tool.stats["seed"] = options.params.seed;
+    tool.stats["bounces"] = params.paths.bounces;
     const std::vector<std::pair<std::string, std::string>> about{
         {"Software", "volcomp"},
         {"volcomp/scene", options.scene.string()},
         {"volcomp/samples", std::to_string(options.params.samples)},
-        {"volcomp/seed", std::to_string(options.params.seed)}};
+        {"volcomp/seed", std::to_string(options.params.seed)},
+        {"volcomp/bounces", std::to_string(params.paths.bounces)}};
     for (const fs::path& output : options.outputs) writeImage(output, image, about);
     return image;
 }
@@ -103,6 +124,11 @@ void run(Tool& tool, const Options& options)
     for (const fs::path& output : options.outputs) requirePictureName(output);
     if (!options.known.empty() && !options.outputs.empty())
         throw Error("--known: expected no -o beside it, as nothing is traced");
+    if (options.bounces > 1 && !options.params.paths.shadows)
+        throw Error(
+            fmt::format("--bounces: expected 1 beside --no-shadows, as paths are blocked by "
+                        "what they meet, found {}",
+                        options.bounces));
     if (options.params.halves && options.params.samples < 2)
         throw Error("--samples: expected at least 2, one for each half, or --no-halves, found 1");
     if (!options.params.halves && !options.compared.empty())
@@ -135,7 +161,15 @@ void addOptions(CLI::App& app, Options& options)
         ->type_name("WxH");
     app.add_flag("!--no-background", options.background,
                  "Nothing behind everything: black there, and alpha 0, whatever the scene says");
-    app.add_flag("!--no-shadows", options.params.shadows, "Light is not blocked by anything");
+    app.add_option(
+           "--bounces", options.bounces,
+           "How often light is scattered at most between a light and the eye; 0: once if "
+           "the scene's scattering is \"single\", 64 times if it is \"multiple\". More "
+           "than once takes the diffuse light of \"multiple\". Highlights show lights alone")
+        ->capture_default_str()
+        ->check(wholeNumber(0, 1 << 16));
+    app.add_flag("!--no-shadows", options.params.paths.shadows,
+                 "Light is not blocked by anything, and scattered once");
     app.add_option("--solid", options.solid_radius,
                    "Fibres of this radius in metres or more shade themselves, as solid bodies; 0: "
                    "none does")
