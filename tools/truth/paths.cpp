@@ -74,8 +74,9 @@ Vec3d lightOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit
             ? illuminateSoft(light, hit.position, numbers.pair(depth, kLights + int(l)))
             : illuminate(light, hit.position, kClosest);
         if (!(in.weight > 0)) continue;
-        const Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
+        Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
                                        : reflectSurface(*hit.lobe, hit.direction, V, in.L);
+        if (depth > 0) f.specular = 0;
         const Vec3d colour = f.colour(material, hit.colour);
         if (!(colour[0] + colour[1] + colour[2] > 0)) continue;
         if (shadows && embree.isOccluded(hit, in.L, in.distance)) continue;
