@@ -142,6 +142,15 @@ def write_png(path, pixels):
                 + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
 
 
+def directions(width):
+    """Returns the directions (x, y, z) of the pixels of a lat-long image of width x width / 2, as the
+    dome of a scene looks at it: its middle looks along -z, its right half towards +x."""
+    turn = 2 * math.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    rise = math.pi * (0.5 - (np.arange(width // 2) + 0.5) / (width // 2))
+    turn, rise = np.meshgrid(turn, rise)
+    return np.sin(turn) * np.cos(rise), np.sin(rise), -np.cos(turn) * np.cos(rise)
+
+
 def to_bytes(values):
     """Returns values from 0 to 1 as 8-bit pixels."""
     return np.clip(np.rint(255 * values), 0, 255).astype(np.uint8)

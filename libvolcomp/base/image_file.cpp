@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +16,7 @@
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/image_header.h"
+#include "volcomp/base/srgb.h"
 
 namespace volcomp {
 namespace {
@@ -160,6 +162,20 @@ ImageFile readOpened(const std::filesystem::path& file, std::FILE* stream, Store
 }
 
 } // namespace
+
+void makeLinear(ImageFile& image)
+{
+    if (image.coding == ColourCoding::linear) return;
+    const std::size_t channels = image.channels.size();
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (static_cast<int>(i % channels) == image.alpha_channel) continue;
+        float& x = image.pixels[i];
+        x = image.coding == ColourCoding::srgb
+            ? linearFromSrgb(x)
+            : std::pow(std::max(0.0f, x), static_cast<float>(image.gamma));
+    }
+    image.coding = ColourCoding::linear;
+}
 
 ImageFile readImageFile(const std::filesystem::path& file, StoredAlpha alpha)
 {

@@ -38,6 +38,9 @@ struct ImageFile {
     double gamma = 1;
 };
 
+/// Makes the colours of an image linear, by what its file says of their coding. Alpha stays.
+void makeLinear(ImageFile& image);
+
 /// What becomes of colours that a PNG, TIFF or TGA stores beside their alpha.
 enum class StoredAlpha { multiply, keep };
 

@@ -5,72 +5,17 @@
 #include <array>
 #include <cctype>
 #include <cstring>
-#include <vector>
 
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/image_bytes.h"
 
 namespace volcomp {
 namespace {
 
 constexpr double kDeflate = 1032; // 258 bytes of at least 2 bits
-constexpr std::int64_t kMostTile = 1 << 24;
-constexpr int kMostChannels = 1024, kMostScans = 100;
-
-/// The bytes of an open file.
-class Bytes {
-public:
-    Bytes(const std::filesystem::path& file, std::FILE* stream)
-        : m_file(file), m_handle(fileno(stream))
-    {
-        struct stat about;
-        if (fstat(m_handle, &about) != 0 || !S_ISREG(about.st_mode)) throw damaged("not a file");
-        m_size = about.st_size;
-    }
-    std::int64_t size() const { return m_size; }
-
-    /// `count` bytes from `at` on; fewer at the file's end.
-    std::string read(std::int64_t at, std::int64_t count) const
-    {
-        std::string bytes(std::size_t(std::clamp<std::int64_t>(m_size - at, 0, count)), '\0');
-        std::size_t done = 0;
-        while (done < bytes.size()) {
-            const ssize_t got =
-                pread(m_handle, bytes.data() + done, bytes.size() - done, at + std::int64_t(done));
-            if (got <= 0) break;
-            done += std::size_t(got);
-        }
-        bytes.resize(done);
-        return bytes;
-    }
-    /// An unsigned number of `count` bytes. Throws Error at the file's end.
-    std::uint32_t number(std::int64_t at, int count, bool big_endian) const
-    {
-        const std::string bytes = read(at, count);
-        if (bytes.size() != std::size_t(count)) throw damaged("a header that ends too early");
-        std::uint32_t value = 0;
-        for (int i = 0; i < count; ++i)
-            value = value << 8 | static_cast<unsigned char>(bytes[big_endian ? i : count - 1 - i]);
-        return value;
-    }
-    Error damaged(const std::string& found) const
-    {
-        return fileError(m_file, "", "a complete image", found, "Is the file damaged?");
-    }
-    /// For a kind of a format that this program does not read.
-    Error refused(const std::string& expected, const std::string& found) const
-    {
-        return fileError(m_file, "", expected, found, "Save it as another kind.");
-    }
-
-private:
-    std::filesystem::path m_file;
-    int m_handle;
-    std::int64_t m_size = 0;
-};
+constexpr int kMostScans = 100;
 
 std::string formatOf(const std::filesystem::path& file, const std::string& head)
 {
@@ -98,7 +43,7 @@ std::string formatOf(const std::filesystem::path& file, const std::string& head)
 }
 
 /// The IHDR chunk holds the size, the bits of a sample and the kind of colour.
-void checkPng(const std::filesystem::path& file, const ImageHeader& header, const Bytes& bytes)
+void checkPng(const std::filesystem::path& file, const ImageHeader& header, const ImageBytes& bytes)
 {
     const std::uint32_t kind = bytes.number(25, 1, true);
     const double samples = kind == 2 ? 3 : kind == 4 ? 2 : kind == 6 ? 4 : 1;
@@ -108,7 +53,8 @@ void checkPng(const std::filesystem::path& file, const ImageHeader& header, cons
 
 /// Finds the frame's size behind the segments before it, and counts the scans: each of them is
 /// decoded over the whole picture.
-void checkJpeg(const std::filesystem::path& file, const ImageHeader& header, const Bytes& bytes)
+void checkJpeg(const std::filesystem::path& file, const ImageHeader& header,
+               const ImageBytes& bytes)
 {
     std::int64_t at = 2;
     for (bool found = false; !found;) {
@@ -147,209 +93,8 @@ void checkJpeg(const std::filesystem::path& file, const ImageHeader& header, con
         throw bytes.damaged(fmt::format("{} scans, more than {}", scans, kMostScans));
 }
 
-/// The first directory of a TIFF or BigTIFF. libtiff gives strips that lie behind the file's end
-/// without an error, so they are checked here.
-class TiffDirectory {
-public:
-    explicit TiffDirectory(const Bytes& bytes)
-        : m_bytes(bytes), m_big_endian(bytes.read(0, 1) == "M"),
-          m_wide(bytes.number(2, 2, m_big_endian) == 43)
-    {
-        const std::int64_t at = m_wide ? number(8, 8) : number(4, 4);
-        const std::int64_t count = m_wide ? number(at, 8) : number(at, 2);
-        m_first = at + (m_wide ? 8 : 2);
-        if (count < 1 || count > 65535 || m_first + count * entrySize() > m_bytes.size())
-            throw m_bytes.damaged("a directory that lies outside of the file");
-        m_count = count;
-    }
-
-    /// The numbers of an entry; none if the directory does not have it.
-    std::vector<std::int64_t> values(std::uint32_t tag) const
-    {
-        for (std::int64_t i = 0; i < m_count; ++i) {
-            const std::int64_t at = m_first + i * entrySize();
-            if (m_bytes.number(at, 2, m_big_endian) != tag) continue;
-            const std::uint32_t type = m_bytes.number(at + 2, 2, m_big_endian);
-            const int size = type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : type == 1 ? 1 : 0;
-            const std::int64_t count = number(at + 4, m_wide ? 8 : 4);
-            if (size == 0 || count < 0 || count > m_bytes.size())
-                throw m_bytes.damaged(fmt::format("an entry {} that is not numbers", tag));
-            const std::int64_t inside = m_wide ? 8 : 4, place = at + 4 + inside;
-            const std::int64_t from = size * count <= inside ? place : number(place, int(inside));
-            return numbers(from, size, count);
-        }
-        return {};
-    }
-
-private:
-    std::int64_t entrySize() const { return m_wide ? 20 : 12; }
-    std::int64_t number(std::int64_t at, int size) const { return numbers(at, size, 1)[0]; }
-    std::vector<std::int64_t> numbers(std::int64_t at, int size, std::int64_t count) const
-    {
-        if (at < 0 || at > m_bytes.size() || count * size > m_bytes.size() - at)
-            throw m_bytes.damaged("an entry that lies outside of the file");
-        const std::string bytes = m_bytes.read(at, count * size);
-        std::vector<std::int64_t> result;
-        for (std::size_t i = 0; i + std::size_t(size) <= bytes.size(); i += std::size_t(size)) {
-            std::uint64_t value = 0;
-            for (int k = 0; k < size; ++k)
-                value = value << 8
-                    | static_cast<unsigned char>(
-                            bytes[i + std::size_t(m_big_endian ? k : size - 1 - k)]);
-            result.push_back(static_cast<std::int64_t>(value));
-        }
-        if (std::int64_t(result.size()) != count) throw m_bytes.damaged("a shorter file");
-        return result;
-    }
-
-    const Bytes& m_bytes;
-    bool m_big_endian, m_wide;
-    std::int64_t m_first = 0, m_count = 0;
-};
-
-/// Checks that the pieces of pixels lie in the file; says whether it has a display window.
-bool checkTiff(const Bytes& bytes)
-{
-    constexpr std::uint32_t kFullWidth = 33300; // Pixar's PIXAR_IMAGEFULLWIDTH
-    const TiffDirectory directory(bytes);
-    const bool tiled = !directory.values(324).empty();
-    const auto offsets = directory.values(tiled ? 324 : 273),
-               sizes = directory.values(tiled ? 325 : 279);
-    if (offsets.empty() || sizes.size() < offsets.size())
-        throw bytes.damaged("a directory without the places of its pixels");
-    const auto height = directory.values(257), rows = directory.values(278); // rows in a strip
-    if (!tiled && !height.empty() && !rows.empty()
-        && double(offsets.size()) * double(rows[0]) < double(height[0]))
-        throw bytes.damaged("fewer strips than its rows need");
-    for (std::size_t i = 0; i < offsets.size(); ++i)
-        if (offsets[i] < 0 || sizes[i] < 0 || offsets[i] > bytes.size()
-            || sizes[i] > bytes.size() - offsets[i])
-            throw bytes.damaged(fmt::format(
-                "piece {} of its {} pieces of pixels outside of the file", i + 1, offsets.size()));
-    return !directory.values(kFullWidth).empty();
-}
-
-/// What the attributes of one part of an EXR say.
-struct ExrPart {
-    std::int64_t width = 0, height = 0, tile_width = 0, tile_height = 0;
-    int compression = -1, tile_mode = 0;
-    double pixel_bytes = 0;
-    int channels = 0;
-};
-
-class ExrHeader {
-public:
-    explicit ExrHeader(const Bytes& bytes) : m_bytes(bytes) { }
-
-    void check(const std::filesystem::path& file, const ImageHeader& header)
-    {
-        const std::uint32_t flags = m_bytes.number(4, 4, false);
-        if ((flags & 0xff) > 2) throw m_bytes.refused("EXR of version 2", "a later one");
-        if (flags & 0x800) throw m_bytes.refused("a flat image", "a deep EXR");
-        const bool several = flags & 0x1000;
-        do {
-            const ExrPart part = readPart();
-            checkImageSize(file, header, part.width, part.height, part.channels,
-                           part.pixel_bytes / std::max(1, part.channels),
-                           part.compression >= 8 ? "dwaa" : "zip");
-            checkChunks(part, (flags & 0x200) != 0);
-        } while (several && m_bytes.number(m_at, 1, false) != 0);
-    }
-
-private:
-    /// The text at the present place, without its final zero.
-    std::string text()
-    {
-        const std::string bytes = m_bytes.read(m_at, 256);
-        const std::size_t end = bytes.find('\0');
-        if (end == std::string::npos) throw m_bytes.damaged("a name without an end");
-        m_at += std::int64_t(end) + 1;
-        return bytes.substr(0, end);
-    }
-    std::int64_t signedNumber(std::int64_t at) const
-    {
-        return static_cast<std::int32_t>(m_bytes.number(at, 4, false));
-    }
-
-    ExrPart readPart()
-    {
-        ExrPart part;
-        for (std::string name = text(); !name.empty(); name = text()) {
-            const std::string type = text();
-            const std::int64_t size = m_bytes.number(m_at, 4, false);
-            const std::int64_t end = m_at + 4 + size;
-            if (end > m_bytes.size())
-                throw m_bytes.damaged("the attribute '" + name + "' longer than the file");
-            m_at += 4;
-            readAttribute(name, type, size, part);
-            m_at = end;
-        }
-        if (part.width < 1 || part.channels < 1 || part.compression < 0)
-            throw m_bytes.damaged("a header without its data window, channels or compression");
-        return part;
-    }
-
-    void readAttribute(const std::string& name, const std::string& type, std::int64_t size,
-                       ExrPart& part)
-    {
-        if (name == "dataWindow") {
-            part.width = signedNumber(m_at + 8) - signedNumber(m_at) + 1;
-            part.height = signedNumber(m_at + 12) - signedNumber(m_at + 4) + 1;
-            if (part.width < 1 || part.height < 1) throw m_bytes.damaged("no pixels");
-        } else if (name == "compression") {
-            part.compression = int(m_bytes.number(m_at, 1, false));
-        } else if (name == "tiles") {
-            part.tile_width = m_bytes.number(m_at, 4, false);
-            part.tile_height = m_bytes.number(m_at + 4, 4, false);
-            part.tile_mode = int(m_bytes.number(m_at + 8, 1, false) & 15);
-        } else if (name == "channels") {
-            readChannels(size, part);
-        } else if (type == "preview") {
-            const double pixels =
-                double(m_bytes.number(m_at, 4, false)) * m_bytes.number(m_at + 4, 4, false);
-            if (pixels * 4 + 8 != double(size)) throw m_bytes.damaged("a wrong preview");
-        }
-    }
-
-    void readChannels(std::int64_t size, ExrPart& part)
-    {
-        const std::int64_t end = m_at + size;
-        while (m_at < end && m_bytes.number(m_at, 1, false) != 0) {
-            text();
-            const std::uint32_t type = m_bytes.number(m_at, 4, false);
-            const std::int64_t across = signedNumber(m_at + 8), down = signedNumber(m_at + 12);
-            if (type > 2 || across < 1 || down < 1 || across > 64 || down > 64)
-                throw m_bytes.damaged("a channel of an unknown type or sampling");
-            part.pixel_bytes += type == 1 ? 2 : 4;
-            m_at += 16;
-            if (++part.channels > kMostChannels) throw m_bytes.damaged("too many channels");
-        }
-    }
-
-    /// Each chunk of rows, and each tile, has an offset of 8 bytes in the file.
-    void checkChunks(const ExrPart& part, bool tiled) const
-    {
-        static constexpr std::array<int, 10> kRows{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
-        if (part.compression >= int(kRows.size()))
-            throw m_bytes.refused("a compression that OpenEXR 3.1 knows", "another one");
-        double chunks = double(part.height) / kRows[std::size_t(part.compression)];
-        if (tiled || part.tile_width > 0) {
-            if (part.tile_width < 1 || part.tile_height < 1
-                || part.tile_width > kMostTile / part.tile_height)
-                throw m_bytes.refused(fmt::format("tiles of at most {} pixels", kMostTile),
-                                      fmt::format("{} x {}", part.tile_width, part.tile_height));
-            chunks = (double(part.width) / double(part.tile_width))
-                * (double(part.height) / double(part.tile_height));
-        }
-        if (std::max(1.0, chunks) * 8 > double(m_bytes.size()))
-            throw m_bytes.damaged("fewer pieces than its header promises");
-    }
-
-    const Bytes& m_bytes;
-    std::int64_t m_at = 8;
-};
-
-void checkTarga(const std::filesystem::path& file, const ImageHeader& header, const Bytes& bytes)
+void checkTarga(const std::filesystem::path& file, const ImageHeader& header,
+                const ImageBytes& bytes)
 {
     const std::uint32_t palette = bytes.number(1, 1, false), kind = bytes.number(2, 1, false),
                         bits = bytes.number(16, 1, false);
@@ -362,7 +107,7 @@ void checkTarga(const std::filesystem::path& file, const ImageHeader& header, co
                    bits / 8.0, kind > 8 ? "rle" : "none");
 }
 
-void checkBmp(const std::filesystem::path& file, const ImageHeader& header, const Bytes& bytes)
+void checkBmp(const std::filesystem::path& file, const ImageHeader& header, const ImageBytes& bytes)
 {
     const std::uint32_t head = bytes.number(14, 4, false);
     const bool old = head == 12; // OS/2's, with a size of 16 bits
@@ -392,7 +137,7 @@ void checkBmp(const std::filesystem::path& file, const ImageHeader& header, cons
 
 /// The canvas of all its pictures, of bytes in RGBA, is one piece of memory. Neither giflib nor
 /// OpenImageIO compares the first picture with the canvas and its indices with the palette.
-void checkGif(const std::filesystem::path& file, const ImageHeader& header, const Bytes& bytes)
+void checkGif(const std::filesystem::path& file, const ImageHeader& header, const ImageBytes& bytes)
 {
     const std::uint32_t width = bytes.number(6, 2, false), height = bytes.number(8, 2, false);
     checkImageSize(file, header, width, height, 4, 1, "");
@@ -446,12 +191,12 @@ void checkImageSize(const std::filesystem::path& file, const ImageHeader& header
         throw fileError(file, "", "an image with pixels",
                         fmt::format("{} x {} pixels of {} channels", width, height, channels));
     const double pixels = double(width) * double(height);
-    if (width > kMostPixelsAcross || height > kMostPixelsAcross || channels > kMostChannels
+    if (width > kMostPixelsAcross || height > kMostPixelsAcross || channels > kMostImageChannels
         || pixels * channels > kMostImageValues)
         throw fileError(
             file, "",
             fmt::format("an image of at most {:g} values, {} pixels along a side and {} channels",
-                        kMostImageValues, kMostPixelsAcross, kMostChannels),
+                        kMostImageValues, kMostPixelsAcross, kMostImageChannels),
             fmt::format("{} x {} pixels of {} channels", width, height, channels),
             "Make it smaller.");
     const double most = mostBytesOfAByte(header.format, compression) * header.bytes;
@@ -465,7 +210,7 @@ void checkImageSize(const std::filesystem::path& file, const ImageHeader& header
 
 ImageHeader checkImageHeader(const std::filesystem::path& file, std::FILE* stream)
 {
-    const Bytes bytes(file, stream);
+    const ImageBytes bytes(file, stream);
     ImageHeader header{formatOf(file, bytes.read(0, 16)), double(bytes.size())};
     if (header.format.empty())
         throw fileError(file, "",
@@ -473,7 +218,7 @@ ImageHeader checkImageHeader(const std::filesystem::path& file, std::FILE* strea
                         bytes.size() == 0 ? "an empty file" : "something else");
     if (header.format == "png") checkPng(file, header, bytes);
     if (header.format == "jpeg") checkJpeg(file, header, bytes);
-    if (header.format == "openexr") ExrHeader(bytes).check(file, header);
+    if (header.format == "openexr") checkExr(file, header, bytes);
     header.has_display =
         header.format == "openexr" || (header.format == "tiff" && checkTiff(bytes));
     if (header.format == "targa") checkTarga(file, header, bytes);

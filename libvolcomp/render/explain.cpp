@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/render/picture_tracer.h"
 
 namespace volcomp {
@@ -14,7 +15,7 @@ namespace {
 
 bool shinesNowhere(const RenderParams& params, const std::vector<Light>& lights)
 {
-    return params.ambient == Vec3d(0.0)
+    return params.ambient == Vec3d(0.0) && params.dome.black() && params.haze.none()
         && std::all_of(lights.begin(), lights.end(),
                        [](const Light& l) { return l.strength == Vec3d(0.0); });
 }
@@ -110,7 +111,7 @@ ExplainedSkin explained(const SeenSkin& seen, const std::vector<Light>& lights,
     return skin;
 }
 
-void addSums(const RenderParams& params, std::size_t lights, RayExplanation& e)
+void addSums(const RenderParams& params, std::size_t lights, const HazeRay& haze, RayExplanation& e)
 {
     e.light_sums.assign(lights, Vec3d(0.0));
     const auto add = [&](const std::vector<ExplainedLight>& terms, const Vec3d& ambient) {
@@ -122,9 +123,11 @@ void addSums(const RenderParams& params, std::size_t lights, RayExplanation& e)
     };
     for (const ExplainedInterval& interval : e.intervals) add(interval.lights, interval.ambient);
     if (e.skin) add(e.skin->lights, e.skin->ambient);
-    e.background = e.transmittance * params.background;
-    e.radiance += e.ambient + e.background;
-    e.alpha = params.background.lengthSqr() > 0 ? 1 : 1 - e.transmittance;
+    const double clear = haze.transmittance(kInfinity);
+    e.background = e.transmittance * clear * params.backdrop(e.direction);
+    e.haze += e.transmittance * (1 - clear) * haze.colour();
+    e.radiance += e.ambient + e.background + e.haze;
+    e.alpha = params.hasBackdrop() ? 1 : 1 - e.transmittance * clear;
 }
 
 } // namespace
@@ -142,10 +145,12 @@ void requirePixel(const RenderParams& params, int x, int y, const std::string& o
 
 RayExplanation explain(const std::vector<VoxelLevel>& levels,
                        const std::vector<Material>& materials, const Camera& camera,
-                       const std::vector<Light>& lights, const RenderParams& params, int x, int y,
+                       const std::vector<Light>& lights, const RenderParams& settings, int x, int y,
                        const SkinTracer* skins)
 {
-    requirePixel(params, x, y, "explain");
+    requirePixel(settings, x, y, "explain");
+    RenderParams params = settings;
+    params.samples = 1; // so that soft lights are their middles
     const PictureTracer tracer(levels, materials, camera, lights, params, skins);
     RayExplanation e;
     e.x = x;
@@ -158,8 +163,11 @@ RayExplanation explain(const std::vector<VoxelLevel>& levels,
     };
     Integrator::Scratch plain, observed;
     observed.observer = &observer;
+    plain.sample = observed.sample = sampleNumber(params, x, y, 0);
     std::optional<SeenSkin> skin;
-    e.transmittance = tracer.trace(ray, plain, &skin).transmittance;
+    const RaySample sample = tracer.trace(ray, plain, &skin);
+    e.transmittance = sample.transmittance;
+    e.haze = sample.haze;
     if (skin) e.skin = explained(*skin, lights, *skins);
     if (shinesNowhere(params, lights)) {
         RenderParams endless = params;
@@ -168,7 +176,7 @@ RayExplanation explain(const std::vector<VoxelLevel>& levels,
         PictureTracer(levels, materials, camera, lights, endless, skins).trace(ray, observed);
         dropBehind(skin ? skin->transmittance : e.transmittance, e.intervals);
     } else tracer.trace(ray, observed);
-    addSums(params, lights.size(), e);
+    addSums(params, lights.size(), plain.haze, e);
     return e;
 }
 

@@ -40,7 +40,8 @@ struct ExplainedLight {
     Vec3d strength;       ///< what arrives in the interval's middle if nothing shades it
     Vec3d reflected;      ///< what the interval would show of that if it were opaque
     double transmittance; ///< of the way to the light: 1 without shadows
-    Vec3d adds; ///< radiance that this adds to the pixel: weight x transmittance x reflected
+    Vec3d adds; ///< radiance that this adds to the pixel: weight x transmittance x reflected, and
+                ///< what the haze in front of it lets through
     Vec3d scattered{0.0}; ///< radiance that its light adds which is scattered more than once
 };
 
@@ -80,7 +81,8 @@ struct RayExplanation {
     std::vector<Vec3d> light_sums;     ///< by light
     Vec3d ambient{0.0};                ///< sum
     double transmittance = 1;          ///< to the ray's end
-    Vec3d background{0.0};             ///< what the background adds
+    Vec3d background{0.0};             ///< what the dome or the background adds
+    Vec3d haze{0.0};                   ///< what the haze adds before all of these
     Vec3d radiance{0.0};               ///< sum of all: the pixel's R, G, B
     double alpha = 0;                  ///< the pixel's A
 };
@@ -91,8 +93,9 @@ struct RayExplanation {
 void requirePixel(const RenderParams& params, int x, int y, const std::string& option);
 
 /// Explains the pixel (x, y), counted as above, of the picture that render() makes with these
-/// arguments and one sample. Swept light is prepared for the whole picture (or its crop), so that
-/// it is the picture's. Throws Error as render() and requirePixel().
+/// arguments and one sample: soft lights are as their middles. Swept light is prepared for the
+/// whole picture (or its crop), so that it is the picture's. Throws Error as render() and
+/// requirePixel().
 RayExplanation explain(const std::vector<VoxelLevel>& levels,
                        const std::vector<Material>& materials, const Camera& camera,
                        const std::vector<Light>& lights, const RenderParams& params, int x, int y,

@@ -89,6 +89,7 @@ std::string explanationTable(const RayExplanation& e, const std::vector<Light>& 
     table += fmt::format("  {:<14} {}\n", "ambient", text(e.ambient));
     table += fmt::format("  {:<14} {}, through transmittance {:.6g}\n", "background",
                          text(e.background), e.transmittance);
+    if (e.haze != Vec3d(0.0)) table += fmt::format("  {:<14} {}\n", "haze", text(e.haze));
     table += fmt::format("  {:<14} {}, alpha {:.6g}\n", "pixel", text(e.radiance), e.alpha);
     return table;
 }

@@ -38,6 +38,8 @@ const RenderParams& validated(const RenderParams& params, const Camera& camera,
     camera.validate();
     params.validate();
     for (const Light& light : lights) light.validate();
+    if (params.dome.kind == DomeKind::image && !params.dome.image)
+        throw Error("render: expected a dome whose image is loaded; loadDome() does it");
     return params;
 }
 

@@ -17,6 +17,12 @@ namespace volcomp {
 /// The rectangle that is rendered: RenderParams::crop, or the whole picture.
 Crop pixelsOf(const RenderParams& params);
 
+/// The sample `number` of the pixel (x, y) of the whole picture.
+inline SampleNumber sampleNumber(const RenderParams& params, int x, int y, int number)
+{
+    return {static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(params.width) + x, number};
+}
+
 /// Traces the camera rays of one picture. Threads share it; each has its own Integrator::Scratch.
 class PictureTracer {
 public:
@@ -30,11 +36,13 @@ public:
 
     /// The ray through a place of the whole picture, pixels from its top left corner.
     CameraRay ray(double x, double y) const { return m_rays.ray(x, y); }
+    /// LevelOfDetail::trace().
     RaySample trace(const CameraRay& ray, Integrator::Scratch& scratch,
-                    std::optional<SeenSkin>* seen = nullptr) const
+                    std::optional<SeenSkin>* seen = nullptr, int light_part = 0) const
     {
-        return m_tracer.trace(ray.origin, ray.direction, scratch, seen);
+        return m_tracer.trace(ray.origin, ray.direction, scratch, seen, light_part);
     }
+    int lightParts() const { return m_tracer.lightParts(); }
     std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }
     const Openness* openness() const { return m_tracer.openness(); }
     double opennessSeconds() const { return m_tracer.opennessSeconds(); }

@@ -1,12 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/render.h"
 
+#include <algorithm>
+
 #include "volcomp/base/clock.h"
 #include "volcomp/render/picture_tracer.h"
 #include "volcomp/render/tile_renderer.h"
 #include "volcomp/render/tree/voxel_levels.h"
 
 namespace volcomp {
+namespace {
+
+void setShares(const RenderSums& sums, std::size_t lights, RenderStats& stats)
+{
+    double all = sums.ambient;
+    for (const LightSum& light : sums.lights) all += light.shown;
+    stats.lights.assign(lights, {});
+    for (std::size_t l = 0; l < std::min(lights, sums.lights.size()); ++l) {
+        const auto& [offered, arrived, shown] = sums.lights[l];
+        if (all > 0) stats.lights[l].seen = shown / all;
+        if (offered > 0) stats.lights[l].arrives = arrived / offered;
+    }
+    stats.ambient_seen = all > 0 ? sums.ambient / all : 0;
+}
+
+} // namespace
 
 Image render(const Volume& volume, const std::vector<Material>& materials, const Camera& camera,
              const std::vector<Light>& lights, const RenderParams& params, const Progress& progress,
@@ -43,11 +61,12 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
 
     RenderState own;
     TileRenderer tiles(tracer, lights, watch ? watch->state : own);
-    const RayCounts counts = renderTiles(tiles, params.samples, progress, watch);
+    const RenderSums sums = renderTiles(tiles, params.samples, progress, watch);
     if (stats) {
-        stats->rays = counts.rays;
-        stats->shadow_rays = counts.shadow_rays;
-        stats->shaded_voxels = counts.shaded_voxels;
+        stats->rays = sums.counts.rays;
+        stats->shadow_rays = sums.counts.shadow_rays;
+        stats->shaded_voxels = sums.counts.shaded_voxels;
+        setShares(sums, lights.size(), *stats);
         stats->active_voxels = levels[0].tree->voxelCount();
         stats->skin_shadow_bytes = tracer.skinShadowBytes();
         stats->openness_bytes = tracer.openness() ? tracer.openness()->memoryBytes() : 0;

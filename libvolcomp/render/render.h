@@ -18,6 +18,14 @@
 
 namespace volcomp {
 
+/// How much of the picture is a light's, and how much of it arrives.
+struct LightShare {
+    double seen = 0; ///< its share of all light that volume and skins show, 0 to 1
+    /// Mean transmittance of its ways, weighted by what the picture would show of it if nothing
+    /// kept it away; negative if it would show nothing.
+    double arrives = -1;
+};
+
 /// What a render did; all counts are exact.
 struct RenderStats {
     std::uint64_t rays = 0;            ///< of the camera
@@ -25,6 +33,8 @@ struct RenderStats {
     std::uint64_t shaded_voxels = 0;   ///< intervals of camera rays that were shaded
     std::uint64_t active_voxels = 0;   ///< of the finest level in use
     std::size_t skin_shadow_bytes = 0; ///< memory of the skins' shadows on the volume
+    std::vector<LightShare> lights;    ///< by light; of the samples that this call has traced
+    double ambient_seen = 0;           ///< share of the light that comes from all around
     std::size_t openness_bytes = 0;    ///< memory of the coarse cells that say how open places are
     double openness_seconds = 0;       ///< wall time that making them took, of prepare_seconds
     double prepare_seconds = 0, march_seconds = 0; ///< wall time
@@ -68,8 +78,9 @@ struct VoxelLevel;
 /// kind, or the defaults. The bytes of the result do not depend on the number of threads.
 ///
 /// The channels are R, G, B, A (premultiplied), and with params.aovs also Z, N.X, N.Y, N.Z,
-/// albedo.R, albedo.G, albedo.B and NAME.R, NAME.G, NAME.B for each light, all weighted as R, G, B
-/// are. Z is the distance from the camera, 0 where nothing is.
+/// albedo.R, albedo.G, albedo.B, NAME.R, NAME.G, NAME.B for each light, and the same of ambient,
+/// background and haze, all weighted as R, G, B are. Those of the lights and of these three add up
+/// to R, G and B. Z is the distance from the camera, 0 where nothing is.
 ///
 /// `skins` are meshes beside the volume: rays end on them, they throw shadows on the volume and it
 /// on them. Null means none.

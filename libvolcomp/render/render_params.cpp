@@ -7,6 +7,16 @@
 
 namespace volcomp {
 
+bool RenderParams::hasBackdrop() const
+{
+    return (dome.visible && !dome.black()) || background.lengthSqr() > 0;
+}
+
+Vec3d RenderParams::backdrop(const Vec3d& d) const
+{
+    return dome.visible && !dome.black() ? dome.seen(d) : background;
+}
+
 void RenderParams::validate() const
 {
     const auto fail = [](const char* expected) {
@@ -28,7 +38,9 @@ void RenderParams::validate() const
     if (!(cutoff >= 0 && cutoff < 1)) fail("0 <= cutoff < 1");
     if (!isRadiance(background) || !isRadiance(ambient))
         fail("a finite background and ambient >= 0");
+    if (!(light_samples >= 1 && light_samples <= 256)) fail("1 to 256 light_samples");
     dome.validate();
+    haze.validate();
 }
 
 } // namespace volcomp

@@ -5,6 +5,7 @@
 #include "volcomp/base/vec.h"
 #include "volcomp/base/words.h"
 #include "volcomp/view/dome.h"
+#include "volcomp/view/haze.h"
 
 namespace volcomp {
 
@@ -67,10 +68,22 @@ struct RenderParams {
     double cutoff = 0.001;
     bool lod = false; ///< level of detail: coarser voxels where voxels are smaller than pixels
     Undirected undirected = Undirected::isotropic;
-    bool aovs = false;   ///< adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light
-    Vec3d background{0}; ///< radiance behind everything, linear RGB
+    /// Hard lights that a soft one stands for (soft_light.h), if there are several samples a pixel:
+    /// each sample sees one of them. With one sample a pixel it is its middle alone.
+    int light_samples = 8;
+    /// Adds Z, N.X, N.Y, N.Z, albedo.R, .G, .B, and R, G, B of each light and of ambient,
+    /// background and haze.
+    bool aovs = false;
+    Vec3d background{0}; ///< radiance behind everything if no dome is seen, linear RGB
     Vec3d ambient{0};    ///< radiance from all around, linear RGB
     Dome dome;           ///< the sky and what else is far away; adds to `ambient`
+    Haze haze;           ///< air between the eye and what it sees; lights are not weakened by it
+
+    /// Whether something is seen behind everything, so that alpha is 1: the dome, if it is visible
+    /// and shines, or the background.
+    bool hasBackdrop() const;
+    /// What is seen of it in the direction `d` (unit), linear RGB.
+    Vec3d backdrop(const Vec3d& d) const;
 
     /// Throws Error if a value is out of range or not finite.
     void validate() const;

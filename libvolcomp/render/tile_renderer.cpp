@@ -8,6 +8,8 @@
 
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
+#include "volcomp/render/soft_lights.h"
 
 namespace volcomp {
 namespace {
@@ -21,6 +23,8 @@ std::vector<std::string> channelNames(const RenderParams& params, const std::vec
         for (const char* c : {".R", ".G", ".B"})
             names.push_back(
                 (lights[l].name.empty() ? "light" + std::to_string(l + 1) : lights[l].name) + c);
+    for (const char* rest : {"ambient", "background", "haze"})
+        for (const char* c : {".R", ".G", ".B"}) names.push_back(rest + std::string(c));
     return names;
 }
 
@@ -31,7 +35,7 @@ TileRenderer::TileRenderer(const PictureTracer& tracer, const std::vector<Light>
     : m_tracer(tracer), m_sampler(tracer.params()), m_lights(lights.size()),
       m_channels(channelNames(tracer.params(), lights)),
       m_columns((tracer.crop().width + kTile - 1) / kTile),
-      m_has_background(tracer.params().background.lengthSqr() > 0), m_state(state)
+      m_has_background(tracer.params().hasBackdrop()), m_state(state)
 {
     const Crop& crop = tracer.crop();
     const std::size_t values = std::size_t(crop.width) * crop.height * m_channels.size(),
@@ -91,14 +95,27 @@ void TileRenderer::addSample(int x, int y, int s, Integrator::Scratch& scratch)
         for (int c = 0; c < 3; ++c) sum[channel + c] += v[c];
     };
     const Vec3d at = m_sampler.position(crop.x + x, crop.y + y, s);
-    const RaySample sample = m_tracer.trace(m_tracer.ray(at[0], at[1]), scratch);
-    add(0, sample.radiance + sample.transmittance * params.background);
-    sum[3] += m_has_background ? 1 : 1 - sample.transmittance;
+    const CameraRay ray = m_tracer.ray(at[0], at[1]);
+    scratch.sample = sampleNumber(params, crop.x + x, crop.y + y, s);
+    const int part = lightPart(crop.x + x, crop.y + y, s, params.samples, m_tracer.lightParts());
+    const RaySample sample = m_tracer.trace(ray, scratch, nullptr, part);
+    const double clear = scratch.haze.transmittance(kInfinity),
+                 behind = sample.transmittance * clear;
+    const Vec3d background = m_has_background && behind > 0
+        ? Vec3d(behind * params.backdrop(ray.direction))
+        : Vec3d(0.0);
+    const Vec3d haze = sample.haze + sample.transmittance * (1 - clear) * scratch.haze.colour();
+    add(0, sample.radiance + background + haze);
+    sum[3] += m_has_background ? 1 : 1 - behind;
     if (!params.aovs) return;
     sum[4] += sample.depth;
     add(5, sample.normal);
     add(8, sample.albedo);
     for (std::size_t l = 0; l < m_lights; ++l) add(11 + 3 * l, scratch.light_radiance[l]);
+    const std::size_t rest = 11 + 3 * m_lights;
+    add(rest, sample.ambient);
+    add(rest + 3, background);
+    add(rest + 6, haze);
 }
 
 namespace {
@@ -112,11 +129,11 @@ public:
         for (int t = 0; t < tiles.tiles(); ++t) m_done += samplesDone(t);
     }
 
-    RayCounts run()
+    RenderSums run()
     {
         for (const int target : targets())
             while (!pass(target)) { }
-        return m_counts;
+        return m_sums;
     }
 
 private:
@@ -174,9 +191,7 @@ private:
         const double before = samplesDone(tile);
         m_tiles.advance(tile, target, scratch);
         const std::lock_guard<std::mutex> lock(m_mutex);
-        m_counts.rays += scratch.counts.rays;
-        m_counts.shadow_rays += scratch.counts.shadow_rays;
-        m_counts.shaded_voxels += scratch.counts.shaded_voxels;
+        m_sums.add(scratch);
         m_done += samplesDone(tile) - before;
         report(m_progress, std::min(1.0, part()));
     }
@@ -186,14 +201,28 @@ private:
     const Progress& m_progress;
     RenderWatch* m_watch;
     std::mutex m_mutex; ///< for what follows, while tiles are worked on
-    RayCounts m_counts;
+    RenderSums m_sums;
     double m_done = 0, m_updated = wallSeconds();
 };
 
 } // namespace
 
-RayCounts renderTiles(TileRenderer& tiles, int samples, const Progress& progress,
-                      RenderWatch* watch)
+void RenderSums::add(const RayScratch& scratch)
+{
+    counts.rays += scratch.counts.rays;
+    counts.shadow_rays += scratch.counts.shadow_rays;
+    counts.shaded_voxels += scratch.counts.shaded_voxels;
+    ambient += scratch.ambient_sum;
+    lights.resize(std::max(lights.size(), scratch.light_sums.size()));
+    for (std::size_t l = 0; l < scratch.light_sums.size(); ++l) {
+        lights[l].offered += scratch.light_sums[l].offered;
+        lights[l].arrived += scratch.light_sums[l].arrived;
+        lights[l].shown += scratch.light_sums[l].shown;
+    }
+}
+
+RenderSums renderTiles(TileRenderer& tiles, int samples, const Progress& progress,
+                       RenderWatch* watch)
 {
     return TileRun(tiles, samples, progress, watch).run();
 }

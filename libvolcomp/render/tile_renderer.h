@@ -55,9 +55,18 @@ private:
     RenderState& m_state;
 };
 
+/// What was traced in many rays.
+struct RenderSums {
+    RayCounts counts;
+    std::vector<LightSum> lights; ///< by light
+    double ambient = 0;           ///< radiance that comes from all around, R + G + B
+
+    void add(const RayScratch& scratch);
+};
+
 /// Brings all tiles to all samples, with pauses for `watch` if that is set; it must then hold the
 /// state of `tiles`. Returns what was traced. Throws Stopped as RenderWatch says.
-RayCounts renderTiles(TileRenderer& tiles, int samples, const Progress& progress,
-                      RenderWatch* watch);
+RenderSums renderTiles(TileRenderer& tiles, int samples, const Progress& progress,
+                       RenderWatch* watch);
 
 } // namespace volcomp

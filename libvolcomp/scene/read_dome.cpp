@@ -15,8 +15,11 @@ Dome readDome(TableReader& r)
     d.ground = r.colour({"ground", "", "gradient: radiance from below the horizon"}, d.ground);
     d.file = r.path(
         {"image", "",
-         "image: of colours, all around, twice as wide as high; its middle looks along -z, u = 0 along +z, the right half towards +x"},
+         "image: of colours, all around, twice as wide as high; its middle looks along -z, u = 0 along +z, the right half towards +x; a sun in it becomes a light of its own"},
         "");
+    r.require((d.kind == DomeKind::image) != d.file.empty(), "image",
+              d.file.empty() ? "the path of an image, as kind = \"image\" needs one"
+                             : "no image, or kind = \"image\"");
     d.rotate = kDegree
         * r.number({"rotate_degrees", "degrees", "image: turns it around +y, from -z towards +x"},
                    0, {-3600, 3600});

@@ -10,8 +10,8 @@ namespace {
 /// the EXR: TileRenderer's channels, and what programs that show an EXR take for them.
 bool isChannel(std::string_view name)
 {
-    for (const std::string_view channel :
-         {"R", "G", "B", "A", "Z", "N", "albedo", "rgb", "rgba", "alpha", "depth"})
+    for (const std::string_view channel : {"R", "G", "B", "A", "Z", "N", "albedo", "rgb", "rgba",
+                                           "alpha", "depth", "ambient", "background", "haze"})
         if (name == channel) return true;
     return false;
 }

@@ -48,9 +48,13 @@ RenderParams readRender(TableReader& r)
     p.undirected =
         r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"},
                              p.undirected, kUndirectedWords);
+    p.light_samples = r.integer(
+        {"light_samples", "",
+         "hard lights that a light with disc_degrees or radius stands for: more make its shadows' borders smoother and light takes longer to sweep; with samples = 1 its middle alone"},
+        p.light_samples, {1, 256});
     p.aovs = r.flag(
         {"aovs", "",
-         "write depth (Z), normal (N), albedo and each light's share to the EXR; weighted by what shows, as R, G, B are by alpha"},
+         "write depth (Z), normal (N), albedo, each light's share and those of ambient, background and haze to the EXR; weighted by what shows, as R, G, B are by alpha"},
         p.aovs);
     p.background = r.colour({"background", "", "radiance behind everything"}, p.background);
     p.ambient = r.colour({"ambient", "", "radiance from all around"}, p.ambient);

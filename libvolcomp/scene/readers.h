@@ -20,7 +20,9 @@
 #include "volcomp/surface/surface.h"
 #include "volcomp/view/camera.h"
 #include "volcomp/view/dome.h"
+#include "volcomp/view/haze.h"
 #include "volcomp/view/light.h"
+#include "volcomp/view/tone.h"
 #include "volcomp/volume/material.h"
 
 namespace volcomp {
@@ -30,6 +32,8 @@ Camera readCamera(TableReader& table);                              ///< [camera
 ComposeParams readCompose(TableReader& table);                      ///< [compose]
 RenderParams readRender(TableReader& table);                        ///< [render]
 Dome readDome(TableReader& table);                                  ///< [dome]
+Haze readHaze(TableReader& table);                                  ///< [haze]
+Look readLook(TableReader& table);                                  ///< [picture]
 
 /// Reads a [box.NAME] table with its levels. `materials` are those that its keys may name. Appends
 /// to `warnings` what may be a mistake.

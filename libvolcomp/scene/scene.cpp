@@ -7,6 +7,7 @@
 #include "volcomp/scene/known.h"
 #include "volcomp/scene/readers.h"
 #include "volcomp/scene/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 
 namespace volcomp {
 namespace {
@@ -131,6 +132,12 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     TableReader dome = r.table(
         {"dome", "", "The sky: light from all directions, and what is seen behind everything"});
     s.render.dome = readDome(dome);
+    TableReader haze =
+        r.table({"haze", "", "Air that glows and hides what is far away; lights pass it freely"});
+    s.render.haze = readHaze(haze);
+    TableReader picture = r.table(
+        {"picture", "", "How PNG and previews show the picture; an EXR has the radiance itself"});
+    s.look = readLook(picture);
     r.finish();
     return shared;
 }
@@ -161,25 +168,8 @@ Scene readScene(const std::filesystem::path& file)
 
 std::vector<std::filesystem::path> usedFiles(const Scene& scene)
 {
-    std::vector<std::filesystem::path> files = scene.scene_files;
-    const auto add = [&](const std::filesystem::path& file) {
-        if (!file.empty()) files.push_back(file);
-    };
-    add(scene.render.dome.file);
-    const auto addMaps = [&](const std::vector<MapFactor>& maps) {
-        for (const MapFactor& map : maps) add(map.image);
-    };
-    for (const SurfaceSpec& surface : scene.surfaces) {
-        add(surface.mesh);
-        add(surface.terrain.height_map);
-        addMaps(surface.skin.maps);
-    }
-    for (const Layer& layer : scene.layers) {
-        addMaps(layer.where);
-        addMaps(layer.size);
-        addMaps(layer.colour);
-        add(layer.comb_map);
-    }
+    std::vector<std::filesystem::path> files;
+    for (const NamedFile& input : inputsOf(scene)) files.push_back(input.file);
     std::sort(files.begin(), files.end());
     files.erase(std::unique(files.begin(), files.end()), files.end());
     return files;

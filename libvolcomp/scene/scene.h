@@ -14,6 +14,7 @@
 #include "volcomp/grow/growth_rule.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/surface/surface.h"
+#include "volcomp/view/tone.h"
 #include "volcomp/scene/key_docs.h"
 
 namespace volcomp {
@@ -33,6 +34,7 @@ struct Scene {
     Camera camera;
     std::vector<Light> lights;
     RenderParams render;
+    Look look; ///< of pictures as PNG
     /// What may be a mistake, one sentence each, with the file and the line; programs print them.
     std::vector<std::string> warnings;
 };
@@ -45,8 +47,8 @@ struct Scene {
 /// mesh and no image.
 Scene readScene(const std::filesystem::path& file);
 
-/// Returns every file that the scene names, sorted and without repetition: its scene_files, and the
-/// meshes and images of its surfaces and layers. They need not exist.
+/// Returns every file that the scene names, sorted and without repetition: its scene_files, and
+/// the meshes and images of its tables. They need not exist.
 std::vector<std::filesystem::path> usedFiles(const Scene& scene);
 
 /// Takes a surface and the layers on it out of a scene. Returns false, and leaves the scene as it

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "volcomp/scene/place_scene.h"
+#include "volcomp/scene/scene_inputs.h"
 
 namespace volcomp {
 namespace {
@@ -16,36 +17,34 @@ namespace {
 constexpr const char* kBakeVersion = "3";
 constexpr const char* kComposeVersion = "4";
 
-void addMapFiles(Recipe& recipe, const std::string& name, const std::vector<MapFactor>& maps)
+/// The content of the files that a table names.
+void addInputs(Recipe& recipe, const std::string& prefix, const std::vector<NamedFile>& inputs)
 {
-    for (const MapFactor& map : maps)
-        if (!map.image.empty()) recipe.addFile(name + " content", map.image);
+    for (const NamedFile& input : inputs)
+        recipe.addFile(prefix + input.name + " content", input.file);
 }
 
 std::string prefixOf(const SurfaceSpec& s) { return "surface." + s.name + "."; }
 
-/// The surface without its skin.
-void addShape(Recipe& recipe, const SurfaceSpec& s)
+/// The keys and files of a surface: those of its skin, or the others.
+void addKeys(Recipe& recipe, const SurfaceSpec& s, bool of_skin)
 {
-    constexpr const char* kSkin = "skin"; // the keys of skins begin so
+    const auto counts = [&](const std::string& key) {
+        return (key.rfind("skin", 0) == 0) == of_skin; // the keys of skins begin so
+    };
+    const std::string prefix = prefixOf(s);
     Recipe all;
-    all.addLines(prefixOf(s), s.source);
+    all.addLines(prefix, s.source);
     for (const auto& [name, value] : all.entries())
-        if (name.rfind(prefixOf(s) + kSkin, 0) != 0) recipe.add(name, value);
-    if (!s.mesh.empty()) recipe.addFile(prefixOf(s) + "mesh content", s.mesh);
-    if (!s.terrain.height_map.empty())
-        recipe.addFile(prefixOf(s) + "height_map content", s.terrain.height_map);
+        if (counts(name.substr(prefix.size()))) recipe.add(name, value);
+    std::vector<NamedFile> inputs = inputsOf(s);
+    inputs.erase(std::remove_if(inputs.begin(), inputs.end(),
+                                [&](const NamedFile& input) { return !counts(input.name); }),
+                 inputs.end());
+    addInputs(recipe, prefix, inputs);
 }
-
-void addSkin(Recipe& recipe, const SurfaceSpec& s)
-{
-    constexpr const char* kSkin = "skin";
-    Recipe all;
-    all.addLines(prefixOf(s), s.source);
-    for (const auto& [name, value] : all.entries())
-        if (name.rfind(prefixOf(s) + kSkin, 0) == 0) recipe.add(name, value);
-    addMapFiles(recipe, prefixOf(s) + "skin_map", s.skin.maps);
-}
+void addShape(Recipe& recipe, const SurfaceSpec& s) { addKeys(recipe, s, false); }
+void addSkin(Recipe& recipe, const SurfaceSpec& s) { addKeys(recipe, s, true); }
 
 bool hasSkin(const SurfaceSpec& s, SkinAs as)
 {
@@ -65,10 +64,7 @@ void addLayer(Recipe& recipe, const Layer& l)
 {
     const std::string prefix = "layer." + l.name + ".";
     recipe.addLines(prefix, l.source);
-    addMapFiles(recipe, prefix + "where", l.where);
-    addMapFiles(recipe, prefix + "size_map", l.size);
-    addMapFiles(recipe, prefix + "colour", l.colour);
-    if (!l.comb_map.empty()) recipe.addFile(prefix + "comb_map content", l.comb_map);
+    addInputs(recipe, prefix, inputsOf(l));
 }
 
 /// Whether a value is a hash, which says nothing to a reader.

@@ -14,6 +14,10 @@
 
 namespace volcomp {
 
+/// What isName() wants, for messages.
+constexpr const char* kNameRule =
+    "a name of letters, digits, '_' and '-', with single spaces between them";
+
 /// An interval as the documentation shows it; empty if it has no bounds.
 std::string rangeText(Interval range);
 /// "TYPE RANGE", or the type alone if the interval has no bounds.

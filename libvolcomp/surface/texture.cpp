@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
-#include "volcomp/base/srgb.h"
 
 namespace volcomp {
 namespace {
@@ -41,19 +40,6 @@ std::optional<std::size_t> placeOf(const Texture& t, int column, int row)
     if (column < 0 || row < 0 || x < 0 || y < 0 || x >= t.data.width || y >= t.data.height)
         return std::nullopt;
     return (static_cast<std::size_t>(y) * t.data.width + x) * t.channels;
-}
-
-void makeLinear(ImageFile& image)
-{
-    if (image.coding == ColourCoding::linear) return;
-    const std::size_t channels = image.channels.size();
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        if (static_cast<int>(i % channels) == image.alpha_channel) continue;
-        float& x = image.pixels[i];
-        x = image.coding == ColourCoding::srgb
-            ? linearFromSrgb(x)
-            : std::pow(std::max(0.0f, x), static_cast<float>(image.gamma));
-    }
 }
 
 } // namespace

@@ -5,8 +5,26 @@
 #include <cmath>
 
 #include "volcomp/base/error.h"
+#include "volcomp/view/dome_image.h"
+#include "volcomp/view/dome_suns.h"
 
 namespace volcomp {
+
+/// What loadDome() made of a file.
+struct LoadedDome {
+    DomeImage fine, coarse;
+};
+
+namespace {
+
+/// Around +y, from -z towards +x.
+Vec3d turned(const Vec3d& d, double angle)
+{
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * d[0] - s * d[2], d[1], c * d[2] + s * d[0]};
+}
+
+} // namespace
 
 bool Dome::black() const
 {
@@ -18,7 +36,7 @@ bool Dome::black() const
     case DomeKind::gradient:
         return dark(zenith) && dark(horizon) && dark(ground);
     case DomeKind::image:
-        return false;
+        return image && image->fine.black;
     }
     return true;
 }
@@ -34,9 +52,21 @@ Vec3d Dome::radiance(const Vec3d& d) const
         return strength * ((1 - up) * horizon + up * zenith);
     }
     case DomeKind::image:
-        return Vec3d(0.0);
+        return image ? strength * image->fine.at(turned(d, -rotate), false) : Vec3d(0.0);
     }
     return Vec3d(0.0);
+}
+
+Vec3d Dome::softRadiance(const Vec3d& d) const
+{
+    return kind == DomeKind::image && image ? strength * image->coarse.at(turned(d, -rotate), false)
+                                            : radiance(d);
+}
+
+Vec3d Dome::seen(const Vec3d& d) const
+{
+    return kind == DomeKind::image && image ? strength * image->fine.at(turned(d, -rotate), true)
+                                            : radiance(d);
 }
 
 void Dome::validate() const
@@ -46,6 +76,23 @@ void Dome::validate() const
             throw Error("dome: expected finite radiances >= 0");
     if (!(strength >= 0 && std::isfinite(strength) && std::isfinite(rotate)))
         throw Error("dome: expected a finite strength >= 0 and a finite angle");
+}
+
+std::vector<Light> loadDome(Dome& dome)
+{
+    std::vector<Light> lights;
+    if (dome.kind != DomeKind::image) return lights;
+    auto image = std::make_shared<LoadedDome>();
+    image->fine = readDomeImage(dome.file);
+    for (const DomeSun& sun : takeSuns(image->fine)) {
+        Light& light = lights.emplace_back();
+        light.direction = -turned(sun.direction, dome.rotate);
+        light.strength = dome.strength / kPi * sun.irradiance;
+        light.disc = sun.disc;
+    }
+    image->coarse = coarseDome(image->fine);
+    dome.image = std::move(image);
+    return lights;
 }
 
 } // namespace volcomp

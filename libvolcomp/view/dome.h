@@ -4,9 +4,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "volcomp/base/vec.h"
 #include "volcomp/base/words.h"
+#include "volcomp/view/light.h"
 
 namespace volcomp {
 
@@ -18,7 +20,7 @@ enum class DomeKind {
 constexpr Word<DomeKind> kDomeKindWords[] = {
     {"constant", DomeKind::constant}, {"gradient", DomeKind::gradient}, {"image", DomeKind::image}};
 
-struct DomeImage;
+struct LoadedDome;
 
 /// The [dome] table. +y is up. The default is black.
 struct Dome {
@@ -30,18 +32,34 @@ struct Dome {
     /// image: width = 2 height, all around. Its middle looks along -z and its right half towards
     /// +x, so u = 0 looks along +z.
     std::filesystem::path file;
-    std::shared_ptr<const DomeImage> image; ///< loadDome() sets it
+    std::shared_ptr<const LoadedDome> image; ///< loadDome() sets it
     double rotate = 0;   ///< image: turns it around +y, from -z towards +x, radians
     double strength = 1; ///< factor on all of it, >= 0
     bool visible = true; ///< it is seen behind everything, instead of RenderParams::background
 
-    /// Whether it shines nowhere.
+    /// Whether it shines nowhere. An image that is not loaded may shine.
     bool black() const;
-    /// What comes from the direction `d` (unit, away from the scene), linear RGB. Of an image that
-    /// is not loaded, nothing.
+    /// What comes from the direction `d` (unit, away from the scene) and lights the scene, linear
+    /// RGB: of an image without its suns, which are lights. Of an image that is not loaded,
+    /// nothing.
     Vec3d radiance(const Vec3d& d) const;
+    /// The same, of an image as means over some 6 degrees: for those who look in a few directions.
+    Vec3d softRadiance(const Vec3d& d) const;
+    /// What is seen in the direction `d`: radiance(), with the suns in it.
+    Vec3d seen(const Vec3d& d) const;
     /// Throws Error if a value is out of range or not finite.
     void validate() const;
 };
+
+/// Reads the image of a dome of kind image; does nothing for the others. Returns its suns, the
+/// brightest first, as directional lights without names: each has a disc and the light that it
+/// brought, which radiance() leaves out. Call it when strength and rotate are set, and give the
+/// lights to render().
+///
+/// A sun is what is at most 5 x 5 degrees large, 50 times as bright as the mean and has at least
+/// 5 % of the light (dome_suns.h). Throws Error as readImageFile() of base/image_file.h does, and
+/// if the image is not twice as wide as high, has two channels of colours, or has values that are
+/// negative, infinite or NaN.
+std::vector<Light> loadDome(Dome& dome);
 
 } // namespace volcomp

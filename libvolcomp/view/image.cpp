@@ -28,7 +28,7 @@ int indexOf(const std::vector<std::string>& channels, const char* name)
 
 /// Returns R, G, B and, with four channels, A as bytes in sRGB. A channel that the image does not
 /// have is 0, alpha 1. PNG wants colours that are not multiplied by alpha.
-std::vector<unsigned char> toBytes(const Image& image, int channels)
+std::vector<unsigned char> toBytes(const Image& image, int channels, const Look& look)
 {
     const int index[3] = {indexOf(image.channels, "R"), indexOf(image.channels, "G"),
                           indexOf(image.channels, "B")};
@@ -45,7 +45,8 @@ std::vector<unsigned char> toBytes(const Image& image, int channels)
                 alpha_index < 0 ? 1 : std::min(1.0f, std::max(0.0f, p[alpha_index]));
             const float divisor = channels == 4 && alpha > 0 ? alpha : 1;
             for (const int c : index)
-                bytes.push_back(byte(c < 0 ? 0 : srgbFromLinear(p[c] / divisor)));
+                bytes.push_back(
+                    byte(c < 0 ? 0 : srgbFromLinear(float(look.shown(p[c] / divisor)))));
             if (channels == 4) bytes.push_back(byte(alpha));
         }
     return bytes;
@@ -117,7 +118,7 @@ Image readImage(const std::filesystem::path& file)
 }
 
 void writeImage(const std::filesystem::path& file, const Image& image,
-                const std::vector<std::pair<std::string, std::string>>& metadata)
+                const std::vector<std::pair<std::string, std::string>>& metadata, const Look& look)
 {
     const bool exr = requirePictureName(file);
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
@@ -132,7 +133,8 @@ void writeImage(const std::filesystem::path& file, const Image& image,
         const OIIO::ImageSpec spec = specOf(image, exr, channels, metadata);
         const bool written = out->open(temporary.string(), spec)
             && (exr ? out->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data())
-                    : out->write_image(OIIO::TypeDesc::UINT8, toBytes(image, channels).data()))
+                    : out->write_image(OIIO::TypeDesc::UINT8,
+                                       toBytes(image, channels, look).data()))
             && out->close();
         if (!written) throw failed("'" + out->geterror() + "'");
     });

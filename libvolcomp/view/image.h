@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "volcomp/view/tone.h"
+
 namespace volcomp {
 
 /// Linear, scene-referred pixels, row by row from the top left, channels interleaved. A copy has
@@ -38,10 +40,11 @@ Image readImage(const std::filesystem::path& file);
 
 /// Writes .exr (all channels as 32-bit floats) or .png (R, G, B and A in sRGB, 8 bit; without A if
 /// all pixels are opaque), by the name's ending, with `metadata` as names and values. PNG stores
-/// colours that are not multiplied by alpha. The file appears when it is complete. Throws Error for
-/// another ending or a file that cannot be written. `image.pixels` must have the size that Image
-/// says.
+/// colours that are not multiplied by alpha, as `look` shows them; EXR is left as it is. The file
+/// appears when it is complete. Throws Error for another ending or a file that cannot be written.
+/// `image.pixels` must have the size that Image says.
 void writeImage(const std::filesystem::path& file, const Image& image,
-                const std::vector<std::pair<std::string, std::string>>& metadata = {});
+                const std::vector<std::pair<std::string, std::string>>& metadata = {},
+                const Look& look = {});
 
 } // namespace volcomp

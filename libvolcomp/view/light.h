@@ -23,6 +23,8 @@ struct Light {
     double disc = 0;   ///< directional: whole angle of the disc that it shines from, radians
     double radius = 0; ///< point, spot and patch: of the ball or disc that shines, world units
 
+    /// Whether it has a size: its shadows have soft borders (soft_light.h).
+    bool isSoft() const { return kind == LightKind::directional ? disc > 0 : radius > 0; }
     /// Throws Error if a value is out of range or not finite, or a direction is not of unit length.
     void validate() const;
 };

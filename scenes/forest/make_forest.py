@@ -7,10 +7,8 @@
 writes the surfaces
     DIR/land.obj    a height field as far as the camera sees
     DIR/roots.obj   the same with every normal upright, because trees grow upright on a slope
-    DIR/haze.obj    a row of sheets across the view, which the scene makes almost clear
-    DIR/sky.obj     a screen behind the last hill
 and the maps
-    DIR/sky.png     the clouds that are painted on the screen
+    DIR/sky.png     the sky and its clouds, a lat-long image for the dome
     DIR/ground.png  the ground's colours: soil, moss and grass
     DIR/autumn.png  what the season does to the colour of each broadleaf tree
     DIR/meadow.png, oak.png, birch.png, spruce.png, dead.png, bush.png
@@ -26,16 +24,13 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import grid, noise, random, smoothstep, to_bytes, write_obj, write_png  # noqa: E402
+from making import directions, noise, random, smoothstep, to_bytes, write_png  # noqa: E402
 
 LOW, SIZE = (-160.0, -340.0), 320.0
 NEAR, FAR = 22.0, 340.0
 HALF_ANGLE = 20.5      # degrees; of the wedge of land that is made
 BACK = 45.0            # distance from the camera to the origin
 MAP = 256
-EYE = 25.0             # height of the camera
-SKY = 420.0            # distance of the screen that the sky is painted on
-HAZE = (128, 158, 192, 230, 272, 318)
 
 
 TREES = [  # those in the meadow: kind, x, distance, radius
@@ -71,30 +66,25 @@ def write_land(path, upright, across=150, along=260):
                 f.write("f " + " ".join(corner.format(k) for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
 
 
-def screen(d, low):
-    """Returns the function, for grid(), of an upright sheet across the camera's view, at a distance
-    and from the height `low` up."""
-    half, high = 0.364 * (d + BACK) + 3, EYE + 0.235 * (d + BACK)
-    return lambda s, t: (half * (2 * s - 1), low + t * (high - low), -d)
-
-
 def clouds(x, y):
     return sum(noise(x * 2 ** k, y * 2 ** k, 20 + k) * 0.5 ** (k + 1) for k in range(6))
 
 
-def sky(width=800, height=400):
-    """Returns the sky from the haze at the horizon to blue, with fair-weather clouds in perspective."""
-    # tangents of the angles from the view's axis
-    s, t = np.meshgrid(np.linspace(-0.364, 0.364, width), np.linspace(0.235, -0.01, height))
-    rise = np.maximum(t - 0.06, 0)
-    x, y = s / (rise + 0.10) * 2.2 + 7, 0.85 / (rise + 0.10)
+def sky(width=2048):
+    """Returns the sky from the pale horizon to blue, with fair-weather clouds in perspective, over a
+    ground of the land's colour."""
+    dx, dy, dz = directions(width)
+    rise = np.maximum(dy - 0.05, 0)
+    x, y = dx / (rise + 0.10) * 2.2 + 7, -0.85 * dz / (rise + 0.10)
     here, sunwards = clouds(x, y * 1.6), clouds(x - 0.16, y * 1.6 - 0.10)
     cover = smoothstep(0.50, 0.64, here)[..., None]
     shade = np.clip(0.90 + 1.6 * (here - sunwards), 0.74, 1.0)[..., None]
-    fade = smoothstep(0.0, 0.17, rise)[..., None]
-    blue = np.array([0.80, 0.87, 0.93]) * (1 - fade) + np.array([0.30, 0.52, 0.82]) * fade
+    fade = smoothstep(0.0, 0.5, rise)[..., None]
+    blue = np.array([0.80, 0.87, 0.93]) * (1 - fade) + np.array([0.26, 0.46, 0.78]) * fade
     white = np.array([0.98, 0.97, 0.95]) * shade + np.array([0.0, 0.01, 0.04]) * (1 - shade)
-    return blue + (white - blue) * cover * smoothstep(0.0, 0.04, rise)[..., None]
+    colour = blue + (white - blue) * cover * smoothstep(0.0, 0.04, rise)[..., None]
+    below = smoothstep(0.0, -0.04, dy)[..., None]
+    return colour + (np.array([0.36, 0.38, 0.24]) - colour) * below
 
 
 def main():
@@ -142,10 +132,6 @@ def main():
     green, gold = np.array([0.60, 0.60, 0.60]), np.array([1.45, 0.80, 0.45])
     autumn = green + (gold - green) * turned[..., None]
     write_png(os.path.join(out, "autumn.png"), to_bytes((autumn / 1.5) ** (1 / 2.2))[::-1])
-    plain = lambda s, t: (s, t)
-    lowest = lambda d: float(height(np.linspace(-160, 160, 321), -d * np.ones(321)).min())
-    write_obj(os.path.join(out, "haze.obj"), [(f"haze{d}", grid(screen(d, lowest(d) - 1), plain, 1, 1)) for d in HAZE])
-    write_obj(os.path.join(out, "sky.obj"), [("sky", grid(screen(SKY, EYE - 0.01 * (SKY + BACK)), plain, 1, 1))])
     write_png(os.path.join(out, "sky.png"), to_bytes(sky()))
 
 

@@ -6,9 +6,8 @@
 
 writes the surfaces
     DIR/ground.obj   the uneven ground that the camera sees
-    DIR/garden.obj   a screen behind the plants
 and the maps
-    DIR/garden.png   what is painted on the screen: the rest of the garden, out of focus
+    DIR/garden.png   the rest of the garden, out of focus, and the sky: a lat-long image for the dome
     DIR/shrubs.png, ferns.png, broad.png, daisies.png, poppies.png, lupins.png, grass.png
                      second densities of 96 x 96 pixels over the square from (-1.5, -2.2) to
                      (1.5, 0.8) in x and z
@@ -21,7 +20,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from making import grid, noise, random, smoothstep, to_bytes, write_obj, write_png  # noqa: E402
+from making import directions, noise, random, smoothstep, to_bytes, write_png  # noqa: E402
 
 LOW, SIZE = (-1.5, -2.2), 3.0
 FRONT, BACK = 0.62, -1.75          # z of the ground's edges
@@ -48,22 +47,29 @@ def write_ground(path, across=90, along=110):
                 f.write("f " + " ".join(f"{k}/{k}" for k in (a, a + 1, a + across + 2, a + across + 1)) + "\n")
 
 
-def screen(s, t):
-    return (3.6 * (s - 0.5), -0.2 + 1.9 * t, -2.1)
-
-
-def garden(width=360, height=190):
-    """Returns foliage and the light between its leaves, out of focus: soft discs over a ground that
-    becomes brighter upwards."""
-    x, y = np.meshgrid(np.linspace(0, 3.6, width), np.linspace(1.9, 0, height))
-    high = smoothstep(0.5, 1.7, y + 0.5 * (noise(x / 0.6, y / 0.6, 1) - 0.5))[..., None]
-    colour = np.array([0.13, 0.22, 0.10]) * (1 - high) + np.array([0.40, 0.52, 0.26]) * high
-    for k in range(260):
-        cx, cy, size, warm = (float(random(k, m, 2)) for m in range(4))
-        cx, cy, r = 3.6 * cx, 0.5 + 1.4 * cy ** 0.8, 0.05 + 0.09 * size
-        light = np.array([0.62, 0.72, 0.30]) * (1 - warm ** 4) + np.array([0.92, 0.86, 0.60]) * warm ** 4
-        disc = smoothstep(r, 0.80 * r, np.hypot(x - cx, y - cy))[..., None] * (0.08 + 0.30 * float(random(k, 4, 2)) ** 2)
-        colour = colour + (light - colour) * disc
+def garden(width=1440):
+    """Returns the rest of the garden and the light between its leaves, out of focus: soft discs over
+    foliage that becomes brighter upwards and opens to the sky."""
+    dx, dy, dz = directions(width)
+    turn, rise = np.arctan2(dx, -dz), np.arcsin(dy)
+    patch = noise(3 * dx + 9, 3 * dz + 9, 1) + noise(5 * dy + 9, 3 * dx + 4, 5) - 1
+    mix = lambda a, b, t: np.array(a) * (1 - t[..., None]) + np.array(b) * t[..., None]
+    colour = mix([0.06, 0.05, 0.03], [0.10, 0.19, 0.08], smoothstep(-0.5, -0.05, rise))
+    colour = colour + (mix([0.24, 0.36, 0.16], [0.45, 0.56, 0.30], smoothstep(0.1, 0.6, rise)) - colour) \
+        * smoothstep(-0.15, 0.30, rise + 0.15 * patch)[..., None]
+    colour = colour + (np.array([0.80, 0.90, 1.0]) - colour) * smoothstep(0.55, 0.85, rise + 0.3 * patch)[..., None]
+    for k in range(1400):
+        at, high, size, warm = (float(random(k, m, 2)) for m in range(4))
+        at, high, r = 2 * math.pi * (at - 0.5), -0.10 + 0.75 * high ** 1.2, 0.012 + 0.022 * size
+        rows = np.flatnonzero(np.abs(rise[:, 0] - high) < r)
+        columns = np.flatnonzero(np.abs(turn[0] - at) < 2 * r)
+        if len(rows) == 0 or len(columns) == 0:
+            continue
+        window = np.ix_(rows, columns)
+        away = np.hypot((turn[window] - at) * math.cos(high), rise[window] - high)
+        light = np.array([0.62, 0.72, 0.30]) * (1 - warm ** 4) + np.array([0.95, 0.90, 0.66]) * warm ** 4
+        disc = smoothstep(r, 0.82 * r, away)[..., None] * (0.08 + 0.30 * float(random(k, 4, 2)) ** 2)
+        colour[window] += (light - colour[window]) * disc
     return colour
 
 
@@ -82,7 +88,6 @@ def main():
     out = sys.argv[1]
     os.makedirs(out, exist_ok=True)
     write_ground(os.path.join(out, "ground.obj"))
-    write_obj(os.path.join(out, "garden.obj"), [("garden", grid(screen, lambda s, t: (s, t), 1, 1))])
     write_png(os.path.join(out, "garden.png"), to_bytes(garden()))
     n = 96
     x, z = np.meshgrid(LOW[0] + SIZE * (np.arange(n) + 0.5) / n, LOW[1] + SIZE * (np.arange(n) + 0.5) / n)

@@ -236,6 +236,41 @@ TEST(Explain, RaysThatMeetNothingShowTheBackground)
     EXPECT_EQ(e.radiance, params.background);
 }
 
+TEST(Explain, ADomeThatIsSeenStandsBeforeTheBackground)
+{
+    Camera away = camera();
+    away.target = {4, 6, 24};
+    RenderParams params;
+    params.width = params.height = 4;
+    params.background = {0.1, 0.2, 0.3};
+    params.dome.kind = DomeKind::gradient;
+    params.dome.zenith = {1, 2, 3};
+    params.dome.ground = {3, 2, 1};
+    const std::shared_ptr<const VoxelTree> finest(std::shared_ptr<void>(), &tree());
+    const auto levels = voxelLevels(finest, away, params);
+    const auto expectPixel = [&](const Vec3d& colour, double alpha) {
+        const Image image = render(levels, materials(), away, lights(), params);
+        const RayExplanation e = explain(levels, materials(), away, lights(), params, 1, 2);
+        EXPECT_EQ(e.radiance, colour);
+        EXPECT_EQ(e.background, colour);
+        EXPECT_EQ(e.alpha, alpha);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.pixel(1, 2)[c], colour[c], 1e-6);
+        EXPECT_EQ(image.pixel(1, 2)[3], alpha);
+    };
+    const Vec3d direction = CameraRays(away, 4, 4).ray(1.5, 2.5).direction;
+    expectPixel(params.dome.radiance(direction), 1);
+    params.dome.visible = false;
+    expectPixel(params.background, 1);
+    params.background = Vec3d(0.0);
+    expectPixel(Vec3d(0.0), 0);
+    params.dome.visible = true;
+    params.dome.strength = 0;
+    expectPixel(Vec3d(0.0), 0);
+    params.dome.kind = DomeKind::image;
+    params.dome.file = "sky.exr";
+    EXPECT_THROW(render(levels, materials(), away, lights(), params), Error) << "it is not loaded";
+}
+
 TEST(Explain, PixelsOutsideOfThePictureAreErrors)
 {
     RenderParams params;

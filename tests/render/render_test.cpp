@@ -384,7 +384,7 @@ TEST(Render, AovsAddUp)
     RenderParams params = exactParams();
     params.aovs = true;
     const Image image = render(slab(100), {}, ortho(), lights, params);
-    ASSERT_EQ(image.channels.size(), 17u);
+    ASSERT_EQ(image.channels.size(), 26u);
     const float* p = image.pixel(2, 2);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(p[c], p[11 + c] + p[14 + c], 1e-6);
     EXPECT_NEAR(p[4], 4.5 + 0.5 / 32 + 0.013,

@@ -246,10 +246,13 @@ comb_map = "comb.png"
 where = [{image = "where.png"}, {image = "skin.png"}]
 size_map = [{image = "size.png"}]
 colour = [{image = "maps/colour.png"}]
+[dome]
+kind = "image"
+image = "sky.exr"
 )"));
     std::vector<fs::path> expected;
     for (const char* name : {"a.obj", "a.toml", "boxes.toml", "comb.png", "height.png",
-                             "maps/colour.png", "size.png", "skin.png", "where.png"})
+                             "maps/colour.png", "size.png", "skin.png", "sky.exr", "where.png"})
         expected.push_back(folder.path() / name);
     EXPECT_EQ(usedFiles(scene), expected);
     EXPECT_NE(scene.surfaces.at(0).source.find("ground = [1, 1]\nheight_map = \"height.png\"\n"),
@@ -259,6 +262,15 @@ colour = [{image = "maps/colour.png"}]
     for (const char* line : {"material = \"fur\"\n", "\nlevel.1.length = 1\n",
                              "\nlevel.1.radius = 0.1\n", "\nlevel.1.curl_turns = 3\n"})
         EXPECT_NE(box.find(line), std::string::npos) << line;
+}
+
+TEST_F(SceneFile, onlyADomeOfKindImageHasOne)
+{
+    std::string message = messageOf("[dome]\nkind = \"image\"\n");
+    EXPECT_NE(message.find("the path of an image"), std::string::npos) << message;
+    message = messageOf("[dome]\nimage = \"sky.exr\"\n");
+    EXPECT_NE(message.find("dome.image: expected no image, or kind = \"image\""), std::string::npos)
+        << message;
 }
 
 TEST_F(SceneFile, unknownTablesAreRefused)

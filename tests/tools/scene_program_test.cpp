@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the programs take scenes: through a pipe, without boxes or lights, with mistakes.
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "tests/tools/programs.h"
+#include "volcomp/view/image.h"
 
 namespace volcomp {
 namespace {
@@ -65,6 +67,49 @@ TEST_F(Programs, APictureWithoutLightsWarnsOfTheVolume)
     EXPECT_EQ(outcome.status, 0) << outcome.output;
     EXPECT_NE(outcome.output.find("no ambient light: the volume will be black"), std::string::npos)
         << outcome.output;
+}
+
+// An image of a sky with one bright texel: it shines as a light of its own name, and the rest of
+// the picture shows the sky. A changed image is another picture.
+TEST_F(Programs, ADomesImageIsSeenAndItsSunShines)
+{
+    Image sky;
+    sky.width = 128;
+    sky.height = 64;
+    sky.channels = {"R", "G", "B"};
+    sky.pixels.assign(std::size_t(3) * 128 * 64, 0.25f);
+    const auto render_with = [&](float sun, const std::string& more) {
+        for (int c = 0; c < 3; ++c) sky.pixel(80, 20)[c] = sun;
+        writeImage(path("sky.exr"), sky);
+        return render(more);
+    };
+    bakeAndCompose();
+    writeSceneWith({{"[[light]]", "[[light]]\nname = \"sun\""},
+                    {"height = 32",
+                     "height = 32\naovs = true\n[dome]\nkind = \"image\"\nimage = "
+                     "\"sky.exr\""}});
+    const Outcome outcome = render_with(1e4f, "-o a.exr --stats a.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("sky.exr: a sun in it shines as light 'sun2': direction ("),
+              std::string::npos)
+        << outcome.output;
+    const Image picture = readImage(path("a.exr"));
+    EXPECT_NE(std::find(picture.channels.begin(), picture.channels.end(), "sun2.R"),
+              picture.channels.end());
+    EXPECT_NEAR(picture.pixel(0, 0)[0], 0.25, 1e-4);
+    EXPECT_EQ(picture.pixel(0, 0)[3], 1);
+    EXPECT_EQ(render_with(1e4f, "-o b.exr --no-background").status, 0);
+    EXPECT_EQ(readImage(path("b.exr")).pixel(0, 0)[3], 0);
+    const auto recipe = readJson("a.json")["recipe"];
+    EXPECT_EQ(render_with(0.25f, "-o c.exr --stats c.json").status, 0);
+    EXPECT_NE(readJson("c.json")["recipe"], recipe);
+    EXPECT_NE(render("-o sky.exr").status, 0) << "it would write over the image";
+
+    const Outcome negative = render_with(-1, "-o d.exr");
+    EXPECT_EQ(negative.status, 1);
+    EXPECT_NE(negative.output.find("sky.exr: pixel (80, 20): expected finite values >= 0"),
+              std::string::npos)
+        << negative.output;
 }
 
 } // namespace

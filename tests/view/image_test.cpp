@@ -71,6 +71,22 @@ TEST(Image, PngColoursAreNotMultipliedByAlpha)
     EXPECT_NEAR(back.pixel(2, 0)[0], 1, 1e-6);
 }
 
+// Colours are looked at as they are without alpha; EXR and alpha stay as they are.
+TEST(Image, ALookChangesPngAlone)
+{
+    const TemporaryFolder folder;
+    const Image linear = image(2, 1, {"R", "G", "B", "A"}, {0.09f, 0.25f, 0, 0.5f, 0.18f, 1, 4, 1});
+    const auto byte = [](double x) { return int(std::lround(255 * srgbFromLinear(float(x)))); };
+    writeImage(folder / "a.png", linear, {}, {0, Tone::filmic});
+    EXPECT_EQ(storedBytes(folder / "a.png"),
+              (std::vector<int>{118, byte(filmic(0.5)), 0, 128, 118, byte(filmic(1)), 255, 255}));
+    writeImage(folder / "b.png", linear, {}, {1, Tone::none});
+    EXPECT_EQ(storedBytes(folder / "b.png"),
+              (std::vector<int>{byte(0.36), 255, 0, 128, byte(0.36), 255, 255, 255}));
+    writeImage(folder / "c.exr", linear, {}, {3, Tone::filmic});
+    EXPECT_EQ(readImage(folder / "c.exr").pixels, linear.pixels);
+}
+
 TEST(Image, PngTakesTheChannelsThatItKnows)
 {
     const TemporaryFolder folder;

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/shared/choice.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/tool.h"
 #include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
@@ -51,7 +51,7 @@ void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<Grow
     for (const GrowthRule& rule : rules)
         for (int variant = 0; variant < rule.variants; ++variant)
             outputs.push_back({"-o", boxFile(directory, rule, variant)});
-    tool.requireFiles(filesOf(scene), outputs);
+    tool.requireFiles(inputsOf(scene), outputs);
 }
 
 } // namespace

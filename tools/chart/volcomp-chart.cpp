@@ -18,13 +18,14 @@
 #include "tools/shared/process.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/atomic_file.h"
 #include "volcomp/base/error.h"
 #include "volcomp/place/voxel_size.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 
 namespace {
 
@@ -204,6 +205,7 @@ RenderParams baseParams(const Scene& scene, int width)
     base.crop = {};
     base.aovs = false;
     base.background = Vec3d(0.0);
+    base.dome.visible = false;
     base.integration = Integration::exact;
     base.filter = Filter::box;
     base.shadows = Shadows::sweep;
@@ -254,7 +256,8 @@ Scene sceneOf(Tool& tool, const Options& options, std::initializer_list<const ch
     leaveOut(scene, options.leave_out);
     std::vector<NamedFile> outputs;
     for (const char* name : names) outputs.push_back({"-o", options.directory / name});
-    tool.requireFiles(filesOf(scene), outputs);
+    tool.requireFiles(inputsOf(scene), outputs);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     return scene;
 }
 

@@ -9,7 +9,7 @@
 #include "tools/shared/choice.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/clock.h"
@@ -52,7 +52,7 @@ fs::path boxFile(const fs::path& directory, const BoxKind& kind, int variant)
 /// Throws Error if an output cannot be written, or is an input.
 void requireOutputs(const Tool& tool, const Options& options, const Scene& scene)
 {
-    std::vector<NamedFile> inputs = filesOf(scene);
+    std::vector<NamedFile> inputs = inputsOf(scene);
     for (const BoxKind& kind : usedBoxes(scene))
         for (int variant = 0; variant < kind.variants; ++variant)
             inputs.push_back({"a box", boxFile(options.boxes, kind, variant)});

@@ -67,9 +67,14 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
         {"lights", json::array()},
         {"materials", json::array()}};
     if (const Recipe skins = skinRecipe(scene); !skins.empty()) print["skins"] = skins.hash();
+    if (const auto& dome = scene.render.dome; dome.kind == DomeKind::image) {
+        Recipe image;
+        image.addFile("dome.image content", dome.file);
+        print["dome image"] = image.hash();
+    }
     for (const Light& l : scene.lights)
         print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position),
-                                   toJson(l.strength), l.angle, l.soft_angle});
+                                   toJson(l.strength), l.angle, l.soft_angle, l.disc, l.radius});
     for (const Material& m : scene.materials)
         print["materials"].push_back(
             {m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});

@@ -67,15 +67,32 @@ RenderOptions::RenderOptions(CLI::App& app)
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
                + scenes)
         ->check(realNumber(0, 0.99));
-    app.add_flag("!--no-background", m_background,
-                 "Nothing behind the volume: black there, and alpha 0, whatever the scene says");
+    app.add_option("--light-samples", m_light_samples,
+                   "Hard lights that a soft one stands for" + scenes)
+        ->check(wholeNumber(1, 256));
+    app.add_option("--exposure", m_exposure,
+                   "Of PNG and previews, stops: +1 is twice as bright" + scenes)
+        ->check(realNumber(-100, 100));
+    addChoice(app, "--tone", m_tone, "How PNG and previews show what is bright" + scenes,
+              kToneWords);
+    app.add_flag(
+        "!--no-background", m_background,
+        "Nothing behind the volume: black there, and alpha 0, whatever the scene says; a dome "
+        "still shines");
     app.add_flag_function(
         "--lod,!--no-lod", [this](std::int64_t n) { m_lod = n > 0; },
         "Coarser voxels where they are smaller than pixels" + scenes);
 }
 
+void RenderOptions::apply(Look& look) const
+{
+    look.exposure = m_exposure.value_or(look.exposure);
+    look.tone = m_tone.value_or(look.tone);
+}
+
 void RenderOptions::apply(RenderParams& params) const
 {
+    params.light_samples = m_light_samples.value_or(params.light_samples);
     if (!m_size.empty()) {
         const std::string expected =
             "WIDTHxHEIGHT in pixels, two whole numbers from 1 on, such as 640x480";
@@ -106,7 +123,9 @@ void RenderOptions::apply(RenderParams& params) const
     params.scattering = m_scattering.value_or(params.scattering);
     params.cutoff = m_cutoff.value_or(params.cutoff);
     params.lod = m_lod.value_or(params.lod);
-    if (!m_background) params.background = Vec3d(0.0);
+    if (m_background) return;
+    params.background = Vec3d(0.0);
+    params.dome.visible = false; // it goes on shining
 }
 
 } // namespace volcomp

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of volcomp-render that stand for keys of the scene's [render] table, and its pixels.
+// The options of volcomp-render that stand for keys of the scene's [render] and [picture] tables,
+// and its pixels.
 #pragma once
 
 #include <optional>
@@ -8,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "volcomp/render/render_params.h"
+#include "volcomp/view/tone.h"
 
 namespace volcomp {
 
@@ -28,10 +30,11 @@ public:
     /// Sets what was given on the command line. Throws Error if a size or a crop cannot be read, or
     /// has no pixel.
     void apply(RenderParams& params) const;
+    void apply(Look& look) const;
 
 private:
     std::string m_size, m_crop;
-    std::optional<int> m_samples;
+    std::optional<int> m_samples, m_light_samples;
     std::optional<PixelFilter> m_pixel_filter;
     std::optional<Shadows> m_shadows;
     std::optional<Integration> m_integration;
@@ -39,7 +42,8 @@ private:
     std::optional<Extinction> m_extinction;
     std::optional<OwnShade> m_own_shade;
     std::optional<Scattering> m_scattering;
-    std::optional<double> m_pixel_radius, m_step, m_cutoff;
+    std::optional<double> m_pixel_radius, m_step, m_cutoff, m_exposure;
+    std::optional<Tone> m_tone;
     std::optional<bool> m_lod;
     bool m_background = true;
 };

@@ -13,10 +13,12 @@
 #include "volcomp/view/image.h"
 #include "volcomp/render/explain.h"
 #include "volcomp/render/render.h"
+#include "tools/render/light_report.h"
 #include "tools/render/render_options.h"
 #include "tools/shared/numbers.h"
-#include "tools/shared/scene_files.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/scene/scene_skins.h"
 #include "tools/shared/settings.h"
@@ -91,7 +93,7 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
     watch.update = [&](const RenderState& so_far, const Image& image) {
         if (!options.preview.empty())
             attempt(tool, "the preview", preview_warned,
-                    [&] { writeImage(options.preview, image); });
+                    [&] { writeImage(options.preview, image, {}, scene.look); });
         if (!saves || (!stop_asked && wallSeconds() - saved < options.checkpoint_seconds)) return;
         kept = attempt(tool, "the checkpoint", checkpoint_warned,
                        [&] { writeCheckpoint(checkpoint, fingerprint, so_far); });
@@ -113,7 +115,7 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
 }
 
 void writePictures(const Tool& tool, const Options& options, const fs::path& volume,
-                   const std::string& recipe, const nlohmann::json& settings,
+                   const std::string& recipe, const nlohmann::json& settings, const Look& look,
                    const RenderStats& stats, const Image& image)
 {
     std::vector<std::pair<std::string, std::string>> about{
@@ -123,15 +125,18 @@ void writePictures(const Tool& tool, const Options& options, const fs::path& vol
         {"volcomp/recipe", recipe},
         {"volcomp/settings", settings.dump()}};
     for (const auto& output : options.outputs)
-        if (!requirePictureName(output))
-            writeImage(output, image, about); // the same bytes whenever it is rendered
+        if (!requirePictureName(output)) { // the same bytes whenever it is rendered
+            auto png = about;
+            if (look != Look()) png.emplace_back("volcomp/picture", lookOf(look).dump());
+            writeImage(output, image, png, look);
+        }
     about.emplace_back("volcomp/seconds",
                        fmt::format("{:.2f}", stats.prepare_seconds + stats.march_seconds));
     for (const auto& output : options.outputs)
         if (requirePictureName(output)) writeImage(output, image, about);
     bool warned = false;
     if (!options.preview.empty())
-        attempt(tool, "the preview", warned, [&] { writeImage(options.preview, image); });
+        attempt(tool, "the preview", warned, [&] { writeImage(options.preview, image, {}, look); });
 }
 
 /// Writes the files of the volume's levels if that is asked for, or warns if there are some that
@@ -180,7 +185,7 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
                     const fs::path& volume)
 {
     constexpr int kMostLevels = 32; // more than any volume has
-    std::vector<NamedFile> inputs = filesOf(scene), outputs;
+    std::vector<NamedFile> inputs = inputsOf(scene), outputs;
     inputs.push_back({"the volume", volume});
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     outputs.push_back({"--preview", options.preview});
@@ -274,10 +279,11 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
-    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0))
+    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
         tool.warn(options.scene.string()
-                  + ": no [[light]] and no ambient light: the volume will be black");
+                  + ": no [[light]], no [dome] and no ambient light: the volume will be black");
     overrides.apply(scene.render);
+    overrides.apply(scene.look);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);
         requirePixel(scene.render, pixel.x, pixel.y, "--explain");
@@ -285,6 +291,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 
     const fs::path volume = volumeOf(options);
     requireOutputs(tool, options, scene, volume);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     const std::string volume_recipe = checkedRecipe(tool, scene, volume, options.stale);
     seeToLevels(tool, options, scene.render, volume);
     const fs::path checkpoint = checkpointOf(options);
@@ -301,6 +308,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     for (const VoxelLevel& level : levels)
         for (const std::string& warning : level.tree->warnings()) tool.warn(warning);
     tool.stats["settings"] = settingsOf(scene.render);
+    tool.stats["picture"] = lookOf(scene.look);
     if (!options.explain.empty()) explainPixel(tool, options, scene, levels, skins.get());
     if (options.outputs.empty()) return;
 
@@ -308,6 +316,7 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     const Image image = renderWatched(tool, options, scene, levels, skins.get(), checkpoint,
                                       std::move(state), fingerprint, stats);
     tool.stats["render"] = asJson(stats, levels);
+    tool.stats["light"] = lightStats(scene.lights, stats);
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
@@ -320,11 +329,13 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     const std::string recipe = fmt::format("{:016x}", fnv1a(ingredients.dump()));
     tool.stats["recipe"] = recipe;
     tool.stage("write", [&](const Progress&) {
-        writePictures(tool, options, volume, recipe, tool.stats["settings"], stats, image);
+        writePictures(tool, options, volume, recipe, tool.stats["settings"], scene.look, stats,
+                      image);
     });
     std::error_code ignored;
     if (usesCheckpoint(options)) fs::remove(checkpoint, ignored);
     for (const auto& output : options.outputs) tool.say("wrote " + output.string());
+    for (const std::string& line : lightReport(scene.lights, stats)) tool.say(line);
 }
 
 /// The program's own options.

@@ -3,9 +3,37 @@
 
 namespace volcomp {
 
+namespace {
+
+nlohmann::json colour(const Vec3d& c) { return {c[0], c[1], c[2]}; }
+
+/// What counts of a dome; none is null.
+nlohmann::json settingsOf(const Dome& d)
+{
+    if (d.black()) return nullptr;
+    nlohmann::json settings = {
+        {"kind", wordOf(kDomeKindWords, d.kind)}, {"strength", d.strength}, {"visible", d.visible}};
+    switch (d.kind) {
+    case DomeKind::constant:
+        settings["colour"] = colour(d.colour);
+        break;
+    case DomeKind::gradient:
+        settings["zenith"] = colour(d.zenith);
+        settings["horizon"] = colour(d.horizon);
+        settings["ground"] = colour(d.ground);
+        break;
+    case DomeKind::image:
+        settings["image"] = d.file.string();
+        settings["rotate_degrees"] = d.rotate / kDegree;
+        break;
+    }
+    return settings;
+}
+
+} // namespace
+
 nlohmann::json settingsOf(const RenderParams& p)
 {
-    const auto colour = [](const Vec3d& c) { return nlohmann::json{c[0], c[1], c[2]}; };
     return {{"width", p.width},
             {"height", p.height},
             {"crop", {p.crop.x, p.crop.y, p.crop.width, p.crop.height}},
@@ -23,9 +51,21 @@ nlohmann::json settingsOf(const RenderParams& p)
             {"own_shade", wordOf(kOwnShadeWords, p.own_shade)},
             {"scattering", wordOf(kScatteringWords, p.scattering)},
             {"undirected", wordOf(kUndirectedWords, p.undirected)},
+            {"light_samples", p.light_samples},
+            {"haze",
+             {{"colour", colour(p.haze.colour)},
+              {"density", p.haze.density},
+              {"height", p.haze.height},
+              {"base", p.haze.base}}},
             {"aovs", p.aovs},
             {"background", colour(p.background)},
-            {"ambient", colour(p.ambient)}};
+            {"ambient", colour(p.ambient)},
+            {"dome", settingsOf(p.dome)}};
+}
+
+nlohmann::json lookOf(const Look& look)
+{
+    return {{"exposure", look.exposure}, {"tone", wordOf(kToneWords, look.tone)}};
 }
 
 } // namespace volcomp

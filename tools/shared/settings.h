@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "volcomp/render/render_params.h"
+#include "volcomp/view/tone.h"
 
 namespace volcomp {
 
 nlohmann::json settingsOf(const RenderParams& params);
+nlohmann::json lookOf(const Look& look);
 
 } // namespace volcomp

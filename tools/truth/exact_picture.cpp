@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/base/interval.h"
 #include "volcomp/base/random.h"
 #include "volcomp/render/pixel_filter.h"
 
@@ -61,9 +62,7 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
         throw Error("expected at least 1 bounce, and without shadows 1");
     const CameraRays rays(scene.camera, render.width, render.height);
     const PixelSampler filter(render);
-    const bool dome_seen = render.dome.visible && !render.dome.black();
-    // As render(): alpha is 1 then.
-    const bool backed = dome_seen || render.background.lengthSqr() > 0;
+    const bool backed = render.hasBackdrop(); // as render(): alpha is 1 then
     const int first_samples = params.halves ? params.samples / 2 : params.samples,
               second_samples = params.samples - first_samples;
 
@@ -76,10 +75,12 @@ Image exactPicture(const ExactScene& exact, const EmbreeScene& embree, const Exa
             PathNumbers numbers = samples.path(s);
             const Vec3d seen = hit
                 ? pathRadiance(embree, scene, *hit, -ray.direction, params.paths, numbers)
-                : dome_seen ? render.dome.radiance(ray.direction)
-                            : render.background;
-            for (int c = 0; c < 3; ++c) sums[c] += seen[c];
-            sums[3] += hit || backed;
+                : render.backdrop(ray.direction);
+            const HazeRay haze(render.haze, ray.origin, ray.direction);
+            const double distance = hit ? (hit->position - ray.origin).length() : kInfinity;
+            const Vec3d hazy = haze.seen(seen, distance);
+            for (int c = 0; c < 3; ++c) sums[c] += hazy[c];
+            sums[3] += hit || backed ? 1 : 1 - haze.transmittance(kInfinity);
         }
         return sums;
     };

@@ -10,11 +10,12 @@
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
 #include "tools/shared/picture_error.h"
-#include "tools/shared/scene_files.h"
 #include "tools/shared/tool.h"
 #include "tools/truth/exact_picture.h"
 #include "volcomp/base/error.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
+#include "volcomp/scene/scene_inputs.h"
 #include "volcomp/view/image.h"
 
 namespace {
@@ -38,10 +39,11 @@ Scene sceneOf(const Tool& tool, const Options& options)
 {
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
-    std::vector<NamedFile> outputs, inputs = filesOf(scene);
+    std::vector<NamedFile> outputs, inputs = inputsOf(scene);
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     inputs.push_back({"--compare", options.compared});
     tool.requireFiles(inputs, outputs);
+    for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     leaveOut(scene, options.leave_out);
     if (!options.background) {
         scene.render.background = Vec3d(0.0);

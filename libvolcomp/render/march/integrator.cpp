@@ -14,6 +14,7 @@ RaySample Integrator::trace(const Vec3d& origin, const Vec3d& direction, Scratch
     RaySample sample;
     ++scratch.counts.rays;
     if (m_scene.params.aovs) scratch.light_radiance.assign(m_scene.lights.size(), Vec3d(0.0));
+    scratch.haze = HazeRay(m_scene.params.haze, origin, direction);
     traceFurther(sample, origin, direction, 0, kInfinity, scratch);
     return sample;
 }

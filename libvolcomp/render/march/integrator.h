@@ -35,6 +35,12 @@ public:
     /// Lets skins shadow the volume. The shadow must outlive this.
     void useSkinShadow(const SkinShadow& shadow) { m_scene.skin_shadow = &shadow; }
 
+    /// Takes other lights instead of its own: MarchScene::useLights().
+    void useLights(const std::vector<Light>& lights, const std::vector<std::size_t>& shadows)
+    {
+        m_scene.useLights(lights, shadows);
+    }
+
     /// Lets light be scattered more than once, and what comes from all around be blocked. It must
     /// outlive this.
     void useOpenness(const Openness& openness) { m_scene.setOpenness(openness); }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "volcomp/base/interval.h"
 
@@ -10,8 +11,7 @@ namespace volcomp {
 
 MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_materials,
                        const std::vector<Light>& the_lights, const RenderParams& the_params)
-    : tree(the_tree), params(the_params), materials(std::move(part_materials)), lights(the_lights),
-      grid_lights(the_lights),
+    : tree(the_tree), params(the_params), materials(std::move(part_materials)),
       directed(params.extinction == Extinction::directed && tree.isDirected()),
       extinction(params.tau * tree.voxelSize()),
       stop(params.cutoff > 0 && extinction > 0 ? darkestToLight() / extinction : kInfinity)
@@ -20,16 +20,27 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
         for (int code = 0; code < 64; ++code)
             lobes.push_back(makeLobe(m, spreadOf(std::min(code, kSpreadCodes - 1)),
                                      params.scattering == Scattering::multiple));
+    std::vector<std::size_t> own(the_lights.size());
+    std::iota(own.begin(), own.end(), 0);
+    useLights(the_lights, own);
+    const auto black = [](const Vec3d& v) { return v == Vec3d(0.0); };
+    transmits_only = !params.aovs && params.haze.none() && !hasSky()
+        && std::all_of(lights.begin(), lights.end(),
+                       [&](const Light& l) { return black(l.strength); });
+    if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
+}
+
+void MarchScene::useLights(const std::vector<Light>& the_lights,
+                           const std::vector<std::size_t>& shadows)
+{
+    lights = grid_lights = the_lights;
+    shadow_of = shadows;
+    light_rays.clear();
     for (Light& l : grid_lights) {
         l.position = tree.toCorner(l.position);
         l.direction = tree.directionToCorner(l.direction);
         light_rays.emplace_back(tree, Vec3d(0.0), -l.direction, 0);
     }
-    const auto black = [](const Vec3d& v) { return v == Vec3d(0.0); };
-    transmits_only = !params.aovs && black(params.ambient)
-        && std::all_of(lights.begin(), lights.end(),
-                       [&](const Light& l) { return black(l.strength); });
-    if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
 }
 
 bool MarchScene::wantsOpenness() const

@@ -31,6 +31,10 @@ struct MarchScene {
     /// The lobe of a part at the spread with this code (VoxelContent::spread_code).
     const Lobe& lobe(int part, int spread_code) const { return lobes[part * 64 + spread_code]; }
 
+    /// Takes other lights, as many, instead of those that it has. `shadows` holds for each its
+    /// number in the sweep and in the skins' shadow.
+    void useLights(const std::vector<Light>& lights, const std::vector<std::size_t>& shadows);
+
     /// The optical depth behind which nothing matters.
     double darkest() const;
     /// The same on the way to a light: light that is scattered more than once goes deeper.
@@ -62,7 +66,8 @@ struct MarchScene {
                                       ///< the grid's axes
     std::vector<MarchRay> light_rays; ///< for each light: a ray against the light's direction, for
                                       ///< MarchRay::from(); of use for directional lights only
-    bool directed;                    ///< extinction depends on the ray's direction somewhere
+    std::vector<std::size_t> shadow_of; ///< by light: its number in `sweep` and `skin_shadow`
+    bool directed;                      ///< extinction depends on the ray's direction somewhere
     bool transmits_only; ///< nothing shines and no other output is wanted: rays need to bring only
                          ///< their transmittance
     double extinction;   ///< optical depth of density 1 over one voxel

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/march/segment.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "volcomp/base/interval.h"
@@ -22,6 +23,7 @@ WayToLight wayToLight(const Light& light, const Vec3d& p)
 void RayScratch::startRay(std::size_t light_count)
 {
     lights.assign(light_count, {});
+    light_sums.resize(std::max(light_sums.size(), light_count));
     shading.keep_voxels = observer != nullptr;
 }
 
@@ -44,6 +46,11 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
     if (sums) sample.transmittance *= std::exp(-segment.delta);
     const double opacity = sums ? segment.delta : -std::expm1(-segment.delta),
                  weight = sample.transmittance * opacity;
+    // The haze before the segment hides a part of it and glows as much instead (MODEL section 3).
+    const double clear = scene.params.haze.none()
+        ? 1
+        : scratch.haze.transmittance(0.5 * (segment.t + segment.end) * scene.tree.voxelSize());
+    sample.haze += weight * (1 - clear) * scratch.haze.colour();
     std::optional<SeenSegment> seen;
     if (scratch.observer)
         seen.emplace(
@@ -60,10 +67,12 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
         const bool reflects = from_light[0] + from_light[1] + from_light[2] > 0;
         if (!reflects && !bounces) continue;
         // What the skins let through to the segment's middle.
-        const double passes = scene.skin_shadow
-            ? scene.skin_shadow->lightAt(l, 0.5 * (segment.p_begin + segment.p_end))
-            : 1;
+        const double passes = scene.skin_shadow ? scene.skin_shadow->lightAt(
+                                  scene.shadow_of[l], 0.5 * (segment.p_begin + segment.p_end))
+                                                : 1;
+        const Vec3d offered = weight * clear * from_light;
         if (!(passes > 0)) {
+            scratch.addLight(l, offered, Vec3d(0.0), Vec3d(0.0));
             if (seen) seen->lights.push_back({l, from_light, 0, Vec3d(0.0)});
             continue;
         }
@@ -71,16 +80,18 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
             ? lightOfSegment(scene, l, segment, opacity, sample, scratch)
             : SegmentLight{0, depthOfSegment(scene, l, segment, weight, scratch)};
         const double light = passes * found.light;
-        const Vec3d radiance = sample.transmittance * (light * from_light),
-                    scattered = bounces ? weight * passes * shading.arriving[l]
+        const Vec3d radiance = clear * sample.transmittance * (light * from_light),
+                    scattered = bounces ? clear * weight * passes * shading.arriving[l]
                 * lightOfBounces(shading.bounced, closed, found.depth)
                                         : Vec3d(0.0);
         sample.radiance += radiance + scattered;
+        scratch.addLight(l, offered, radiance, scattered);
         if (scene.params.aovs) scratch.light_radiance[l] += radiance + scattered;
         if (seen) seen->lights.push_back({l, from_light, light / opacity, radiance, scattered});
     }
-    const Vec3d ambient = weight * shading.ambient;
+    const Vec3d ambient = weight * clear * shading.ambient;
     sample.radiance += ambient;
+    sample.ambient += ambient;
     if (seen) {
         seen->ambient = ambient;
         (*scratch.observer)(*seen);
@@ -132,7 +143,8 @@ double depthToLight(const MarchScene& scene, std::size_t light, const int* cell,
     const WayToLight to = wayToLight(scene.grid_lights[light], p);
     if (!(to.length > 0)) return 0;
     const auto swept = scene.sweep
-        ? scene.sweep->pathToLight(light, cell, p, to.direction, to.length, scene.dual != nullptr)
+        ? scene.sweep->pathToLight(scene.shadow_of[light], cell, p, to.direction, to.length,
+                                   scene.dual != nullptr)
         : std::nullopt;
     if (!swept) ++counts.shadow_rays;
     const Vec3d d_world = scene.tree.directionToWorld(to.direction);

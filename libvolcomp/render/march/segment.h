@@ -9,13 +9,16 @@
 
 #include "volcomp/render/march/march_scene.h"
 #include "volcomp/render/march/shading.h"
+#include "volcomp/view/haze.h"
 
 namespace volcomp {
 
 /// What a ray brings.
 struct RaySample {
-    Vec3d radiance{0.0};      ///< of the volume alone, without the background
-    double transmittance = 1; ///< to the ray's end
+    Vec3d radiance{0.0};      ///< of the volume and skins, without the background and the haze
+    Vec3d ambient{0.0};       ///< the part of it that comes from all around
+    Vec3d haze{0.0};          ///< radiance of the haze in front of the volume and skins
+    double transmittance = 1; ///< of volume and skins to the ray's end; that of the haze is apart
     // With RenderParams::aovs, each the sum of what the voxels have, weighted by how much of them
     // the ray sees:
     Vec3d albedo{0.0}; ///< alpha c_b
@@ -56,7 +59,7 @@ struct SeenSegment {
     const RaySegment& segment;
     const Shading& shading;
     double transmittance; ///< from the ray's origin to the segment; for a sum to behind the sample
-    double weight;        ///< share of the pixel that shows this segment
+    double weight;        ///< share of the pixel that shows this segment, but for haze
     std::vector<SeenLight> lights; ///< those of which the segment shows something
     Vec3d ambient;                 ///< radiance added for RenderParams::ambient
 };
@@ -79,9 +82,26 @@ struct LightOnRay {
     std::optional<Approximate> approximate;
 };
 
+/// The light of one lamp in many rays, as sums of R, G and B.
+struct LightSum {
+    double offered = 0; ///< what the picture would show of it if nothing kept it away
+    double arrived = 0; ///< what it shows of it that was scattered once
+    double shown = 0;   ///< all that it shows of it
+};
+
+/// Which sample of a picture a ray is: what it draws at random is a function of this.
+struct SampleNumber {
+    std::uint64_t pixel = 0; ///< row by row over the whole picture
+    int number = 0;          ///< of the pixel's samples
+};
+
 /// What a thread keeps while it traces rays. Each thread has its own.
 struct RayScratch {
+    SampleNumber sample; ///< the ray's; whoever traces it sets it
     RayCounts counts;
+    std::vector<LightSum> light_sums;      ///< by light, of all rays so far
+    double ambient_sum = 0;                ///< of RaySample::ambient, R + G + B
+    HazeRay haze;                          ///< of the ray at hand
     std::vector<Vec3d> light_radiance;     ///< by light: its part of RaySample::radiance; with aovs
     const RayObserver* observer = nullptr; ///< called for each segment, if set
 
@@ -91,6 +111,15 @@ struct RayScratch {
 
     /// Forgets the segments of the last ray, not its counts and sums.
     void startRay(std::size_t light_count);
+    /// Adds to light_sums: radiances in the pixel, `scattered` what was scattered more than once.
+    void addLight(std::size_t light, const Vec3d& offered, const Vec3d& arrived,
+                  const Vec3d& scattered)
+    {
+        const double once = arrived[0] + arrived[1] + arrived[2];
+        light_sums[light].offered += offered[0] + offered[1] + offered[2];
+        light_sums[light].arrived += once;
+        light_sums[light].shown += once + scattered[0] + scattered[1] + scattered[2];
+    }
 };
 
 /// Adds a segment with the shading in `scratch.shading` to the sample, behind what that has seen.

@@ -214,7 +214,8 @@ std::optional<double> approximateTransmittance(const MarchScene& scene, std::siz
         const Vec3d from = p + start * way.direction;
         const int there[3] = {floorToInt(from[0]), floorToInt(from[1]), floorToInt(from[2])};
         const auto found = scene.sweep->approximateTransmittance(
-            light, start == 0 ? segment.cell : there, from, way.direction, way.length - start);
+            scene.shadow_of[light], start == 0 ? segment.cell : there, from, way.direction,
+            way.length - start);
         if (!found) return {};
         state.approximate = {segment.t, found->value, found->fine};
     }

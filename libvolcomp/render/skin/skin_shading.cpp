@@ -6,6 +6,7 @@
 #include "volcomp/base/interval.h"
 #include "volcomp/render/march/bounces.h"
 #include "volcomp/render/march/integration.h"
+#include "volcomp/render/skin/skin_dome.h"
 
 namespace volcomp {
 namespace {
@@ -43,7 +44,8 @@ double throughVolume(const MarchScene& scene, std::size_t l, const PlaceInGrid& 
         return std::exp(-depthAlong(scene, ray, in.L));
     }
     if (scene.sweep)
-        if (const auto rough = scene.sweep->approximateTransmittance(l, at.cell, at.p, L, length);
+        if (const auto rough =
+                scene.sweep->approximateTransmittance(scene.shadow_of[l], at.cell, at.p, L, length);
             rough && weight * rough->value < ShadowSweep::kFineWeight)
             return rough->value;
     return std::exp(-depthToLight(scene, l, at.cell, at.p, counts));
@@ -71,17 +73,23 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
     const double weight = sample.transmittance;
     sample.transmittance = 0;
     if (!(weight > 0) || weight < scene.params.cutoff) return;
+    const double clear = scratch.haze.transmittance(hit.distance);
     const Material& material = skins.meshes()[hit.skin].material;
     const Lobe lobe = makeLobe(material);
+    const DomeLight around = domeLight(scene, skins, hit, scratch.sample, weight, scratch.counts);
     const Vec3d albedo = material.alpha * hit.colour,
-                ambient = weight * albedo * scene.params.ambient;
+                ambient = weight * clear
+        * (albedo * around.front + material.transmission * hit.colour * around.back);
     sample.radiance += ambient;
+    sample.ambient += ambient;
+    sample.haze += weight * (1 - clear) * scratch.haze.colour();
     if (seen) seen->emplace(SeenSkin{hit, weight, {}, ambient});
     if (scene.params.aovs) {
         sample.albedo += weight * albedo;
         sample.normal += weight * hit.normal;
         sample.depth += weight * hit.distance;
     }
+    const bool transmits = material.transmission != Vec3d(0.0);
     const bool shadows = scene.params.shadows != Shadows::none;
     const PlaceInGrid at(scene.tree, hit.position);
     const double closed = scene.bounces() ? closedAbove(*scene.openness, hit) : 0;
@@ -92,15 +100,18 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         const Vec3d arriving = scene.lights[l].strength * in.weight,
                     reflected = f.colour(material, hit.colour) * arriving;
         if (!(reflected[0] + reflected[1] + reflected[2] > 0) && !(closed > 0)) continue;
+        const Vec3d& start = transmits && in.L.dot(hit.normal) < 0 ? hit.back_start : hit.start;
         double passes = 1;
         if (shadows)
-            passes = skins.isOccluded(hit.start, in.L, in.distance)
+            passes = skins.isOccluded(start, in.L, in.distance)
                 ? 0
                 : throughVolume(scene, l, at, in, weight, scratch.counts);
         const double depth = passes > 0 ? -std::log(passes) : kInfinity;
-        const Vec3d radiance = weight * passes * reflected,
-                    scattered = weight * arriving * lightOfBounces(albedo, closed, depth);
+        const Vec3d offered = weight * clear * reflected,
+                    radiance = weight * clear * passes * reflected,
+                    scattered = weight * clear * arriving * lightOfBounces(albedo, closed, depth);
         sample.radiance += radiance + scattered;
+        scratch.addLight(l, offered, radiance, scattered);
         if (scene.params.aovs) scratch.light_radiance[l] += radiance + scattered;
         if (seen) (*seen)->lights.push_back({l, reflected, passes, radiance, scattered});
     }

@@ -243,8 +243,9 @@ std::optional<SkinHit> SkinTracer::hit(const Vec3d& origin, const Vec3d& directi
     // seen from the edge, so that the far side's light does not come through.
     if (const double facing = -hit.normal.dot(direction); facing < 1e-3)
         hit.normal = (hit.normal - direction * (1e-3 - facing)).unit();
-    hit.start =
-        roundPoint(*mesh.mesh, at, hit.face) + hit.face * m->lift(*mesh.mesh, found->hit.primID);
+    const double lift = m->lift(*mesh.mesh, found->hit.primID);
+    hit.start = roundPoint(*mesh.mesh, at, hit.face) + hit.face * lift;
+    hit.back_start = roundPoint(*mesh.mesh, at, -hit.face) - hit.face * lift;
     hit.colour = Vec3d(skinColour(mesh.skin, mesh.maps, at));
     return hit;
 }

@@ -36,6 +36,7 @@ struct SkinHit {
     /// surface that the normals of a triangle's corners tell of, so that flat triangles do not
     /// darken what the light grazes.
     Vec3d start;
+    Vec3d back_start; ///< the same for rays that leave it on the other side
     Vec3d colour;     ///< c_b, linear RGB
     std::size_t skin; ///< number of the SkinMesh
 };

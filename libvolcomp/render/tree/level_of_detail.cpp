@@ -15,20 +15,25 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
                              const std::vector<Material>& part_materials,
                              const std::vector<Light>& lights, const RenderParams& params,
                              const CameraRays& rays, const Crop& crop, const SkinTracer* skins)
-    : m_materials(part_materials), m_lights(lights), m_params(params),
+    : m_materials(part_materials), m_soft(lights, params), m_params(params),
       m_skins(skins && !skins->empty() ? skins : nullptr)
 {
     for (const VoxelLevel& level : levels) {
         Level& l = m_levels.emplace_back();
         static_cast<VoxelLevel&>(l) = level;
-        l.integrator.emplace(*l.tree, m_materials, m_lights, m_params);
+        l.integrator.emplace(*l.tree, m_materials, m_soft.lights(0), m_params);
         if (params.shadows == Shadows::sweep) sweep(l, rays, crop);
-        if (!m_skins || params.shadows == Shadows::none || l.tree->empty()) continue;
-        l.skin_shadow =
-            std::make_unique<const SkinShadow>(*m_skins, *l.tree, m_lights, params.shadows);
-        l.integrator->useSkinShadow(*l.skin_shadow);
+        if (m_skins && params.shadows != Shadows::none && !l.tree->empty()) {
+            l.skin_shadow =
+                std::make_unique<const SkinShadow>(*m_skins, *l.tree, m_soft.all(), params.shadows);
+            l.integrator->useSkinShadow(*l.skin_shadow);
+        }
     }
     makeOpenness();
+    for (Level& l : m_levels) // last: they copy all that is above
+        for (int part = 1; part < m_soft.parts(); ++part)
+            l.other_parts.emplace_back(*l.integrator)
+                .useLights(m_soft.lights(part), m_soft.numbers(part));
 }
 
 void LevelOfDetail::makeOpenness()
@@ -78,30 +83,33 @@ void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop
     for (const std::vector<float>& part : local)
         for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
     const Integrator& integrator = *level.integrator;
-    level.sweep = std::make_unique<const ShadowSweep>(tree, m_lights, seen, integrator.extinction(),
-                                                      integrator.scene().darkestToLight(),
-                                                      m_params.extinction == Extinction::directed);
+    level.sweep = std::make_unique<const ShadowSweep>(
+        tree, m_soft.all(), seen, integrator.extinction(), integrator.scene().darkestToLight(),
+        m_params.extinction == Extinction::directed);
     level.integrator->useSweep(*level.sweep);
 }
 
 RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
-                               Integrator::Scratch& scratch, std::optional<SeenSkin>* seen) const
+                               Integrator::Scratch& scratch, std::optional<SeenSkin>* seen,
+                               int part) const
 {
     RaySample sample;
     ++scratch.counts.rays;
-    if (m_params.aovs) scratch.light_radiance.assign(m_lights.size(), Vec3d(0.0));
+    if (m_params.aovs) scratch.light_radiance.assign(m_soft.numbers(0).size(), Vec3d(0.0));
+    scratch.haze = HazeRay(m_params.haze, origin, direction);
     std::optional<SkinHit> skin;
     if (m_skins) skin = m_skins->hit(origin, direction);
     const double end = skin ? skin->distance : kInfinity;
     const Level* last = &m_levels.front();
     for (const Level& l : m_levels) {
         if (l.start > 0 && (sample.transmittance < m_params.cutoff || l.start >= end)) break;
-        l.integrator->traceFurther(sample, origin, direction, l.start, std::min(l.end, end),
-                                   scratch);
+        l.byPart(part).traceFurther(sample, origin, direction, l.start, std::min(l.end, end),
+                                    scratch);
         last = &l;
     }
     if (skin)
-        addSkin(last->integrator->scene(), *m_skins, *skin, -direction, sample, scratch, seen);
+        addSkin(last->byPart(part).scene(), *m_skins, *skin, -direction, sample, scratch, seen);
+    scratch.ambient_sum += sample.ambient[0] + sample.ambient[1] + sample.ambient[2];
     return sample;
 }
 

@@ -19,6 +19,7 @@
 #include "volcomp/render/sky/openness.h"
 #include "volcomp/render/skin/skin_shading.h"
 #include "volcomp/render/skin/skin_shadow.h"
+#include "volcomp/render/soft_lights.h"
 #include "volcomp/render/tree/voxel_levels.h"
 
 namespace volcomp {
@@ -38,9 +39,11 @@ public:
     LevelOfDetail& operator=(const LevelOfDetail&) = delete;
 
     /// As Integrator::trace(), from the level of each distance, as far as a skin; then the skin.
-    /// `seen`, if not null, becomes what was added of that, if anything.
+    /// `seen`, if not null, becomes what was added of that, if anything. `part` is that of the
+    /// soft lights by which the ray sees, 0 to lightParts() - 1.
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Integrator::Scratch& scratch,
-                    std::optional<SeenSkin>* seen = nullptr) const;
+                    std::optional<SeenSkin>* seen = nullptr, int part = 0) const;
+    int lightParts() const { return m_soft.parts(); }
 
     std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
     const Openness* openness() const { return m_openness.get(); } ///< null if nothing asks for it
@@ -48,7 +51,13 @@ public:
 
 private:
     struct Level : VoxelLevel {
-        std::optional<Integrator> integrator;
+        std::optional<Integrator> integrator; ///< of part 0 of the soft lights
+        std::vector<Integrator> other_parts;  ///< of parts 1 and up: copies with other lights
+
+        const Integrator& byPart(int part) const
+        {
+            return part == 0 ? *integrator : other_parts[std::size_t(part) - 1];
+        }
         std::unique_ptr<const ShadowSweep> sweep;
         std::unique_ptr<const SkinShadow> skin_shadow;
     };
@@ -57,7 +66,7 @@ private:
     void markLeaves(const Level& level, const CameraRay& ray, std::vector<float>& seen) const;
 
     std::vector<Material> m_materials;
-    std::vector<Light> m_lights;
+    SoftLights m_soft;
     RenderParams m_params;
     const SkinTracer* m_skins;
     std::unique_ptr<const Openness> m_openness; ///< of the finest level, for all of them

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volcomp/view/soft_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace volcomp {
+namespace {
+
+constexpr double kGolden = 0.61803398874989484820, kPlastic = 0.75487766624669276005;
+
+double fraction(double x) { return x - std::floor(x); }
+
+/// Two unit vectors across `axis` (unit) and across each other.
+std::pair<Vec3d, Vec3d> across(const Vec3d& axis)
+{
+    const Vec3d b = axis.cross(std::abs(axis[0]) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit();
+    return {b, axis.cross(b)};
+}
+
+/// A place on the unit disc, by the share of the area that lies nearer to its middle.
+struct OnDisc {
+    double area, angle;
+};
+/// That of pair `i` of `count` lights: rings of the same area, turned by the golden section of half
+/// a turn.
+OnDisc onDisc(int i, int count)
+{
+    constexpr double kTurn = 0.1; // so that no pair lies along an axis
+    return {(2 * i + 1 + count % 2) / double(count), kPi * fraction(kTurn + i * kGolden)};
+}
+
+/// The radius in the unit ball inside which lies the share `q` of what looks like an evenly bright
+/// disc from all sides: a density of 1 / sqrt(1 - r^2) (Abel's integral), of which the share
+/// 2 (asin r - r sqrt(1 - r^2)) / pi lies inside r.
+double ballRadius(double q)
+{
+    double low = 0, high = 1;
+    for (int i = 0; i < 50; ++i) {
+        const double r = 0.5 * (low + high);
+        (2 / kPi * (std::asin(r) - r * std::sqrt(1 - r * r)) < q ? low : high) = r;
+    }
+    return low;
+}
+
+/// The place of pair `i` of `count` lights in the unit ball: a spiral over half a sphere, with the
+/// shells of the same content in another order.
+Vec3d inBall(int i, int count)
+{
+    const int pairs = count / 2;
+    int shell = 0;
+    for (int k = 0; k < pairs; ++k) shell += fraction(k * kPlastic) < fraction(i * kPlastic);
+    const double z = (i + 0.5) / pairs, angle = 2 * kPi * fraction(i * kGolden),
+                 flat = std::sqrt(1 - z * z);
+    return ballRadius((2 * shell + 1 + count % 2) / double(count))
+        * Vec3d(flat * std::cos(angle), z, flat * std::sin(angle));
+}
+
+/// The light moved to pair `i`, on one side or, with `side` = -1, the other.
+Light moved(const Light& light, int i, int count, double side)
+{
+    Light result = light;
+    if (light.kind == LightKind::point) {
+        result.position += side * light.radius * inBall(i, count);
+        return result;
+    }
+    const OnDisc at = onDisc(i, count);
+    const auto [b, c] = across(light.direction);
+    const Vec3d sideways = side * (std::cos(at.angle) * b + std::sin(at.angle) * c);
+    if (light.kind == LightKind::directional) {
+        const double cosine = 1 - at.area * (1 - std::cos(0.5 * light.disc));
+        result.direction =
+            (cosine * light.direction + std::sqrt(1 - cosine * cosine) * sideways).unit();
+    } else result.position += light.radius * std::sqrt(at.area) * sideways;
+    return result;
+}
+
+} // namespace
+
+std::vector<Light> hardLights(const Light& light, int count)
+{
+    Light middle = light;
+    middle.disc = middle.radius = 0;
+    std::vector<Light> lights(std::size_t(std::max(count, 1)), middle);
+    if (!light.isSoft()) return lights;
+    for (int i = 0; i < count / 2; ++i)
+        for (const int half : {0, 1}) {
+            Light& one = lights[std::size_t(i + half * (count / 2))];
+            one = moved(light, i, count, half ? -1 : 1);
+            one.disc = one.radius = 0;
+        }
+    return lights;
+}
+
+} // namespace volcomp
