@@ -183,6 +183,19 @@ TEST(TruthPaths, ADomeIsSeenByTheReflectionsOwnDistribution)
     EXPECT_NEAR(meanOfCovered(flat), 0.8 * 0.5 * 0.5, 0.001);
 }
 
+TEST(TruthPaths, ABlackWallTakesHalfOfTheSky)
+{
+    const TemporaryFolder folder;
+    const fs::path floor = plate(folder.path() / "a.obj", {-1, 0, -1}, {2, 0, 0}, {0, 0, 2}),
+                   wall =
+                       plate(folder.path() / "b.obj", {0.011, 0, -500}, {0, 1000, 0}, {0, 0, 1000});
+    const Image image = pictureOf(
+        sceneOf("[0.0, 1.0, 0.0]", "[0.0, 0.0, 0.0]", 0.02,
+                material("surface", 0.8) + skin("a", floor, 1) + skin("b", wall, 0) + kWhiteDome),
+        8, 256);
+    EXPECT_NEAR(meanOfCovered(image), 0.5 * 0.8, 0.003);
+}
+
 TEST(TruthPaths, AVisibleDomeIsBehindEverything)
 {
     const std::string dome = "background = [3.0, 3.0, 3.0]\n" + material("fibre", 1)

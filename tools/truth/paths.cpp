@@ -10,8 +10,9 @@ namespace volcomp {
 namespace {
 
 constexpr double kClosest = 1e-6; ///< least distance to a light, world units
-/// Paths that carry less go on with a chance: nothing is lost in the mean, and dark ones end.
-constexpr double kFaint = 0.1;
+/// Paths that carry less go on with a chance: nothing is lost in the mean, and dark ones end. What
+/// late scatterings add is little against the noise of the first ones, so this pays.
+constexpr double kFaint = 0.5;
 /// Uses of random numbers at a vertex; a light has kLights + its number.
 enum Use { kDirection, kSide, kLights };
 
@@ -74,8 +75,9 @@ Vec3d lightOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit
             ? illuminateSoft(light, hit.position, numbers.pair(depth, kLights + int(l)))
             : illuminate(light, hit.position, kClosest);
         if (!(in.weight > 0)) continue;
-        const Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
-                                       : reflectSurface(*hit.lobe, hit.direction, V, in.L);
+        Reflection f = hit.fibre ? reflectFibre(*hit.lobe, hit.direction, V, in.L)
+                                 : reflectSurface(*hit.lobe, hit.direction, V, in.L);
+        if (depth > 0) f.specular = 0;
         const Vec3d colour = f.colour(material, hit.colour);
         if (!(colour[0] + colour[1] + colour[2] > 0)) continue;
         if (shadows && embree.isOccluded(hit, in.L, in.distance)) continue;
