@@ -29,7 +29,7 @@ Reflection reflect(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const Vec3d
 {
     const double cos_i = N.dot(L);
     if (!(cos_i > 0)) return {0, 0, -cos_i};
-    Reflection result{lobe.alpha * cos_i, 0, 0};
+    Reflection result{lobe.body * cos_i, 0, 0};
     Vec3d Q = V + L;
     const double length = Q.length();
     if (lobe.beta == 0 || length < kDegenerate) return result;
@@ -49,7 +49,7 @@ Lobe makeLobe(const Material& m, double spread, bool normalised)
     const double gamma = std::max(m.gamma, kMinGamma), k = m.kind == MaterialKind::fibre ? 2 : 1;
     const double wide = gamma * gamma + 2 * kLn2 * k * k * spread * spread;
     const double alpha = normalised && m.kind == MaterialKind::fibre ? m.alpha / kPi : m.alpha;
-    return {alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n, spread * spread};
+    return {alpha, m.beta * gamma / std::sqrt(wide), kLn2 / wide, m.n, spread * spread, m.alpha};
 }
 
 double fresnel(double c, double n)
@@ -73,7 +73,7 @@ Reflection reflectSurface(const Lobe& lobe, Vec3d N, const Vec3d& V, const Vec3d
     const auto mean = [&](double cos_i, double cosine) {
         return (seen * std::max(0.0, cos_i) + seen_even * evenDiffuse(cosine)) / (seen + seen_even);
     };
-    result.diffuse = lobe.alpha * mean(N.dot(L), V.dot(L));
+    result.diffuse = lobe.body * mean(N.dot(L), V.dot(L));
     result.transmitted = mean(-N.dot(L), -V.dot(L));
     return result;
 }

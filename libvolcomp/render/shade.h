@@ -32,6 +32,7 @@ struct Lobe {
     double falloff = 0; ///< ln 2 / gamma^2: D = exp(-falloff phi^2)
     double n = 1;
     double spread_square = 0;
+    double body = 0; ///< alpha for surfaces and voxels without direction, never over pi
 };
 
 /// `spread` is that of the directions in a voxel, 0 if all agree (volume.h). It widens the lobe to
@@ -56,7 +57,7 @@ Reflection reflectSided(const Lobe& lobe, const Vec3d& N, const Vec3d& V, const 
 Reflection reflectFibre(const Lobe& lobe, const Vec3d& t, const Vec3d& V, const Vec3d& L);
 
 /// For a voxel without direction: I = alpha c_b / 4.
-inline Reflection reflectIsotropic(const Lobe& lobe) { return {lobe.alpha / 4, 0, 0}; }
+inline Reflection reflectIsotropic(const Lobe& lobe) { return {lobe.body / 4, 0, 0}; }
 
 /// The Fresnel reflectance F of unpolarised light for the cosine c of the angle of incidence and
 /// the refractive index n; 1 beyond the critical angle, 0 for n = 1.

@@ -213,6 +213,7 @@ TEST(HazePicture, ThePartsAddUpToThePicture)
             params.dome.kind = DomeKind::gradient;
             params.dome.zenith = {0.2, 0.3, 0.6};
             params.dome.horizon = {0.8, 0.7, 0.7};
+            params.dome.ground = {0.1, 0.2, 0.1};
         }
         if (take(2)) params.haze = haze(0.1, 2);
         params.samples = 1 + n % 3;

@@ -264,17 +264,24 @@ TEST(SoftLights, StatisticsAreOfTheWholeLight)
     lamp.strength = Vec3d(3.0);
     RenderStats stats;
     RenderParams params = paramsOf(Shadows::exact, 16);
-    params.ambient = Vec3d(0.5);
     const std::vector<Light> lights{sun(), lamp, behind};
-    const Image image = render(emptyVolume(), {}, above(1), lights, params, {}, &stats, &skins);
-    ASSERT_EQ(stats.lights.size(), 3u);
+    const auto show = [&] {
+        render(emptyVolume(), {}, above(1), lights, params, {}, &stats, &skins);
+        ASSERT_EQ(stats.lights.size(), 3u);
+    };
+    show();
     EXPECT_NEAR(stats.lights[0].arrives, 0.5, 0.01);
     EXPECT_NEAR(stats.lights[1].arrives, 0.5, 0.01);
     EXPECT_LT(stats.lights[2].arrives, 0) << "it shines on nothing that is seen";
     EXPECT_EQ(stats.lights[2].seen, 0);
-    EXPECT_NEAR(stats.lights[0].seen, 0.5 / 2.5, 0.01);
-    EXPECT_NEAR(stats.lights[1].seen, 1.5 / 2.5, 0.01);
-    EXPECT_NEAR(stats.ambient_seen, 0.5 / 2.5, 0.01);
+    EXPECT_NEAR(stats.lights[0].seen, 0.25, 1e-3);
+    EXPECT_NEAR(stats.lights[1].seen, 0.75, 1e-3);
+    EXPECT_EQ(stats.ambient_seen, 0);
+    params.ambient = Vec3d(0.5); // of which the board keeps a part away
+    show();
+    EXPECT_NEAR(stats.lights[1].seen / stats.lights[0].seen, 3, 0.01);
+    EXPECT_GT(stats.ambient_seen, 0.05);
+    EXPECT_LT(stats.ambient_seen, 0.2);
     EXPECT_NEAR(stats.lights[0].seen + stats.lights[1].seen + stats.ambient_seen, 1, 1e-9);
 }
 

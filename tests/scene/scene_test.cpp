@@ -37,6 +37,26 @@ protected:
 
 constexpr const char* kMaterial = "[material.fur]\nkind = \"fibre\"\n";
 
+TEST_F(SceneFile, hazeAndPictureHaveTablesOfTheirOwn)
+{
+    EXPECT_EQ(messageOf("[haze]\ndensity = 0.02\nheight = 5\nbase = -1\ncolour = [0.5, 0.5, 0.5]\n"
+                        "[picture]\nexposure = -1.5\ntone = 'filmic'\n"
+                        "[render]\nlight_samples = 3\n"),
+              "no error");
+    const Scene scene = readScene(m_file);
+    EXPECT_EQ(scene.render.haze.density, 0.02);
+    EXPECT_EQ(scene.render.haze.height, 5);
+    EXPECT_EQ(scene.render.haze.base, -1);
+    EXPECT_EQ(scene.render.haze.colour, Vec3d(0.5));
+    EXPECT_EQ(scene.render.light_samples, 3);
+    EXPECT_EQ(scene.look.exposure, -1.5);
+    EXPECT_EQ(scene.look.tone, Tone::filmic);
+    EXPECT_NE(messageOf("[picture]\ntone = 'aces'\n").find(":2: picture.tone: expected"),
+              std::string::npos);
+    EXPECT_NE(messageOf("[haze]\ndensity = -1\n").find(":2: haze.density: expected"),
+              std::string::npos);
+}
+
 TEST_F(SceneFile, namesThatNothingHasAreShownWithTheKnownOnes)
 {
     const std::string box = messageOf(std::string(kMaterial) + "[box.tuft]\nmaterial = \"fuzz\"\n");
@@ -157,7 +177,7 @@ TEST_F(SceneFile, namesThatBreakFilesOrChannelsAreRefused)
                 << messageOf(text);
     }
     EXPECT_EQ(messageOf(layer + "\"rote T\xc3\xbclpen 2\"\n"), "no error");
-    for (const char* name : {"R", "A", "Z", "N", "albedo"})
+    for (const char* name : {"R", "A", "Z", "N", "albedo", "ambient", "background", "haze"})
         EXPECT_NE(messageOf("[[light]]\n[[light]]\nname = '" + std::string(name) + "'\n")
                       .find(":3: light.name: expected a name that no channel of the picture has"),
                   std::string::npos)

@@ -21,6 +21,7 @@
 #include "volcomp/place/placements_io.h"
 #include "volcomp/scene/place_scene.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
@@ -172,8 +173,10 @@ double voxelSize(const Tool& tool, const Scene& scene, const PlacedScene& placed
     return voxel.size;
 }
 
-void cull(Tool& tool, const Scene& scene, const std::vector<Box>& boxes, PlacedScene& placed)
+void cull(Tool& tool, Scene scene, const std::vector<Box>& boxes, PlacedScene& placed)
 {
+    for (const std::string& sun : loadSceneDome(scene)) // they throw shadows, too
+        tool.say(sun);
     const std::size_t before = placed.boxes.size();
     tool.stats["culled"] = tool.stage("cull", [&](const Progress&) {
         return cullPlacements(placed.boxes, boxes, scene.camera, scene.render.width,

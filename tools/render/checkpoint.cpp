@@ -76,8 +76,8 @@ json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
         print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position),
                                    toJson(l.strength), l.angle, l.soft_angle, l.disc, l.radius});
     for (const Material& m : scene.materials)
-        print["materials"].push_back(
-            {m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n, toJson(m.specular_colour)});
+        print["materials"].push_back({m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n,
+                                      toJson(m.specular_colour), toJson(m.transmission)});
     return print;
 }
 

@@ -301,7 +301,7 @@ std::optional<ExactHit> EmbreeScene::Impl::hit(const Vec3d& from, const Vec3d& d
     ExactHit hit;
     hit.position = skin->position;
     hit.start = skin->start;
-    hit.start_behind = skin->position * 2.0 - skin->start;
+    hit.start_behind = skin->back_start;
     hit.direction = skin->normal;
     hit.colour = skin->colour;
     hit.material = &skins->meshes()[skin->skin].material;

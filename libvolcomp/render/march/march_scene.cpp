@@ -27,6 +27,7 @@ MarchScene::MarchScene(const VoxelTree& the_tree, std::vector<Material> part_mat
     transmits_only = !params.aovs && params.haze.none() && !hasSky()
         && std::all_of(lights.begin(), lights.end(),
                        [&](const Light& l) { return black(l.strength); });
+    if (hasSky()) sky = makeSkyTable(params, tree);
     if (params.filter == Filter::trilinear) dual = std::make_shared<DualTree>(tree);
 }
 
@@ -48,8 +49,6 @@ bool MarchScene::wantsOpenness() const
     return params.shadows != Shadows::none
         && (params.scattering == Scattering::multiple || hasSky());
 }
-
-void MarchScene::setOpenness(const Openness& the_openness) { openness = &the_openness; }
 
 constexpr double kWithoutCutoff = 12; // e^-12 is 6e-6
 

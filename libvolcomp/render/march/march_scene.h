@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "volcomp/render/march/march.h"
+#include "volcomp/render/march/sky_light.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/render/shade.h"
 #include "volcomp/render/shadow/shadow_sweep.h"
@@ -48,16 +49,14 @@ struct MarchScene {
     /// from all around is not blocked.
     bool wantsOpenness() const;
     /// It must outlive this.
-    void setOpenness(const Openness& openness);
+    void setOpenness(const Openness& the_openness) { openness = &the_openness; }
 
     const VoxelTree& tree;
     std::shared_ptr<const DualTree> dual; ///< set if and only if the filter is trilinear
     const ShadowSweep* sweep = nullptr;   ///< swept light, or nullptr if rays are to find all light
     const SkinShadow* skin_shadow = nullptr; ///< of the skins on the volume, or nullptr: none
     const Openness* openness = nullptr;      ///< of the volume and the skins, or nullptr
-    /// With hasSky(): by direction of `openness`, its weight times the mean radiance of the
-    /// directions that are nearest to it.
-    std::array<Vec3f, Openness::kDirections> sky;
+    SkyTable sky;                            ///< with hasSky()
     RenderParams params;
     std::vector<Material> materials;  ///< by part
     std::vector<Lobe> lobes;          ///< 64 for each part, see lobe()

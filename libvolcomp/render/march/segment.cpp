@@ -65,7 +65,8 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Vec3d& from_light = shading.from_light[l];
         const bool reflects = from_light[0] + from_light[1] + from_light[2] > 0;
-        if (!reflects && !bounces) continue;
+        const bool scatters = bounces && shading.arriving[l] != Vec3d(0.0);
+        if (!reflects && !scatters) continue;
         // What the skins let through to the segment's middle.
         const double passes = scene.skin_shadow ? scene.skin_shadow->lightAt(
                                   scene.shadow_of[l], 0.5 * (segment.p_begin + segment.p_end))
@@ -81,9 +82,9 @@ void addSegment(const MarchScene& scene, const RaySegment& segment, RaySample& s
             : SegmentLight{0, depthOfSegment(scene, l, segment, weight, scratch)};
         const double light = passes * found.light;
         const Vec3d radiance = clear * sample.transmittance * (light * from_light),
-                    scattered = bounces ? clear * weight * passes * shading.arriving[l]
+                    scattered = scatters ? clear * weight * passes * shading.arriving[l]
                 * lightOfBounces(shading.bounced, closed, found.depth)
-                                        : Vec3d(0.0);
+                                         : Vec3d(0.0);
         sample.radiance += radiance + scattered;
         scratch.addLight(l, offered, radiance, scattered);
         if (scene.params.aovs) scratch.light_radiance[l] += radiance + scattered;

@@ -61,7 +61,7 @@ struct SeenSegment {
     double transmittance; ///< from the ray's origin to the segment; for a sum to behind the sample
     double weight;        ///< share of the pixel that shows this segment, but for haze
     std::vector<SeenLight> lights; ///< those of which the segment shows something
-    Vec3d ambient;                 ///< radiance added for RenderParams::ambient
+    Vec3d ambient;                 ///< radiance added for RenderParams::ambient and its dome
 };
 using RayObserver = std::function<void(const SeenSegment&)>;
 

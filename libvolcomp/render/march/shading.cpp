@@ -64,6 +64,24 @@ Reflection reflection(const ShadedPart& part, const Vec3d& V, const Vec3d& L)
                                        : reflectIsotropic(part.lobe);
 }
 
+void addSky(const MarchScene& scene, const ShadedPart& part, const Vec3d& p, const Vec3d& V,
+            Shading& shading)
+{
+    using Kind = SkyResponse::Kind;
+    if (!shading.sky) shading.sky = skyAt(scene.sky, scene.openness, scene.tree.toWorld(p));
+    const Material& m = part.material;
+    SkyResponse response{Kind::even, part.content.direction, part.lobe.spread_square};
+    if (part.content.directed)
+        response.kind = m.kind == MaterialKind::fibre ? Kind::fibre : Kind::surface;
+    else if (part.normal.lengthSqr() > 0) {
+        response.kind = Kind::sided;
+        response.direction = part.normal;
+    }
+    shading.ambient += part.share
+        * showSky(scene.sky, *shading.sky, response, m.alpha * part.content.colour,
+                  m.transmission * part.content.colour, V, scene.bounces());
+}
+
 void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart& part,
                const Vec3d& p, const Vec3d& V, Shading& shading)
 {
@@ -78,7 +96,7 @@ void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart&
     if (bounces)
         shading.bounced +=
             part.share * (Vec3d(material.alpha) + material.transmission) * content.colour;
-    shading.ambient += part.share * material.alpha * content.colour * scene.params.ambient;
+    if (scene.hasSky()) addSky(scene, part, p, V, shading);
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         // Distances are in voxels here; the weight of a point light needs them in world units.
         Illumination in = illuminate(scene.grid_lights[l], p, 0.5);
@@ -104,6 +122,7 @@ void shadePart(const MarchScene& scene, const SeenVoxel& seen, const ShadedPart&
 void Shading::start(std::size_t lights)
 {
     ambient = albedo = normal = Vec3d(0.0);
+    sky.reset();
     from_light.assign(lights, Vec3d(0.0));
     light_start.assign(lights, 0.0);
     bounced = Vec3d(0.0);

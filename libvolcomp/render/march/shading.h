@@ -2,6 +2,7 @@
 // What one voxel sends to the eye before anything else takes light away (MODEL sections 4 and 5).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "volcomp/render/march/march_scene.h"
@@ -28,6 +29,8 @@ struct Shading {
     Vec3d bounced{0.0};          ///< share of the light that is scattered, to any side
     std::vector<Vec3d> arriving; ///< by light: its strength and falloff, times the root of how much
                                  ///< of it meets something, over the mean of all directions
+    /// Of the light from all around, for all voxels of the segment, if one has asked for it.
+    std::optional<SkyAtPlace> sky;
     // With RenderParams::aovs:
     Vec3d albedo{0.0}; ///< alpha c_b
     Vec3d normal{0.0}; ///< mean direction, turned to the eye; not unit length
