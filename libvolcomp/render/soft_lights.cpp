@@ -9,6 +9,7 @@
 namespace volcomp {
 
 SoftLights::SoftLights(const std::vector<Light>& lights, const RenderParams& params)
+    : m_scene_lights(lights)
 {
     const bool soft = params.samples > 1
         && std::any_of(lights.begin(), lights.end(), [](const Light& l) { return l.isSoft(); });
@@ -30,7 +31,11 @@ SoftLights::SoftLights(const std::vector<Light>& lights, const RenderParams& par
 std::vector<Light> SoftLights::lights(int part) const
 {
     std::vector<Light> result;
-    for (const std::size_t number : numbers(part)) result.push_back(m_all[number]);
+    result.reserve(m_scene_lights.size());
+    for (std::size_t l = 0; l < m_scene_lights.size(); ++l) {
+        const Light& hard = m_all[numbers(part)[l]];
+        result.push_back(parts() > 1 ? shareOf(hard, m_scene_lights[l], parts()) : hard);
+    }
     return result;
 }
 

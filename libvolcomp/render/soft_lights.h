@@ -27,10 +27,11 @@ public:
     {
         return m_numbers[static_cast<std::size_t>(part)];
     }
+    /// With the sizes of their shares, shareOf(), if there are several parts.
     std::vector<Light> lights(int part) const;
 
 private:
-    std::vector<Light> m_all;
+    std::vector<Light> m_scene_lights, m_all;
     std::vector<std::vector<std::size_t>> m_numbers; ///< by part and light
 };
 

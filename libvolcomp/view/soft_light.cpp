@@ -92,4 +92,31 @@ std::vector<Light> hardLights(const Light& light, int count)
     return lights;
 }
 
+Light shareOf(const Light& hard, const Light& soft, int count)
+{
+    Light result = hard;
+    result.disc = soft.disc / std::sqrt(count);
+    result.radius = soft.radius / std::sqrt(count);
+    return result;
+}
+
+Light movedInShare(const Light& light, double u, double v)
+{
+    if (!light.isSoft()) return light;
+    Light result = light;
+    const double angle = 2 * kPi * v;
+    if (light.kind == LightKind::point) {
+        const double z = 2 * u - 1, flat = std::sqrt(1 - z * z);
+        result.position +=
+            0.7 * light.radius * Vec3d(flat * std::cos(angle), z, flat * std::sin(angle));
+        return result;
+    }
+    const auto [b, c] = across(light.direction);
+    const Vec3d sideways = std::sqrt(u) * (std::cos(angle) * b + std::sin(angle) * c);
+    if (light.kind == LightKind::directional)
+        result.direction = (light.direction + std::tan(0.5 * light.disc) * sideways).unit();
+    else result.position += light.radius * sideways;
+    return result;
+}
+
 } // namespace volcomp

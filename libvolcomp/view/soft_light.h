@@ -19,4 +19,12 @@ namespace volcomp {
 /// middle itself, and so are all of a hard light.
 std::vector<Light> hardLights(const Light& light, int count);
 
+/// The size of each one's share of the soft light: a `disc` or a `radius` of 1 / sqrt(count).
+Light shareOf(const Light& hard, const Light& soft, int count);
+
+/// Moves a light to a place on its own disc or at its own radius, which `u` and `v` in [0, 1)
+/// choose, for rays that can go there: many lights without it draw many hard shadows. A hard light
+/// stays as it is.
+Light movedInShare(const Light& light, double u, double v);
+
 } // namespace volcomp

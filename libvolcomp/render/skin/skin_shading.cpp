@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include "volcomp/base/interval.h"
+#include "volcomp/base/random.h"
 #include "volcomp/render/march/bounces.h"
 #include "volcomp/render/march/integration.h"
 #include "volcomp/render/skin/skin_dome.h"
+#include "volcomp/view/soft_light.h"
 
 namespace volcomp {
 namespace {
@@ -28,6 +30,15 @@ struct PlaceInGrid {
         in_bounds = in_bounds && !tree.empty();
     }
 };
+
+/// Where a ray to the light goes: to a place at random of a soft light's share.
+Illumination towards(const Light& light, std::size_t l, const SkinHit& hit,
+                     const SampleNumber& sample)
+{
+    Random random(hashKey(hashKey(sample.pixel, l), std::uint64_t(sample.number)));
+    const double u = random.uniform(), v = random.uniform();
+    return illuminate(movedInShare(light, u, v), hit.position, kClosest);
+}
 
 /// What the volume lets through to a light. `weight` is the share of the pixel that shows the
 /// place.
@@ -102,10 +113,13 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         if (!(reflected[0] + reflected[1] + reflected[2] > 0) && !(closed > 0)) continue;
         const Vec3d& start = transmits && in.L.dot(hit.normal) < 0 ? hit.back_start : hit.start;
         double passes = 1;
-        if (shadows)
-            passes = skins.isOccluded(start, in.L, in.distance)
+        if (shadows) {
+            const Illumination way = towards(scene.lights[l], l, hit, scratch.sample);
+            // The sweep knows the middle of the share alone.
+            passes = skins.isOccluded(start, way.L, way.distance)
                 ? 0
-                : throughVolume(scene, l, at, in, weight, scratch.counts);
+                : throughVolume(scene, l, at, at.in_bounds ? in : way, weight, scratch.counts);
+        }
         const double depth = passes > 0 ? -std::log(passes) : kInfinity;
         const Vec3d offered = weight * clear * reflected,
                     radiance = weight * clear * passes * reflected,
