@@ -9,8 +9,8 @@
 
 namespace volcomp {
 
-/// Fitted to paths through fur, grass, trees and wool, for P of 26 directions and cells of 8
-/// voxels.
+/// Fitted to paths through fur, for P of cells of 8 voxels and 6 directions, and kept for 26, with
+/// which they were measured (docs/rendering.md), not fitted anew.
 constexpr double kMeetsAgain = 0.80, kFades = 1.20;
 
 /// What a place shows of light that was scattered more than once, over the strength of the light,
