@@ -14,6 +14,7 @@ import argparse
 import os
 import re
 import sys
+import tempfile
 
 import numpy
 import OpenImageIO
@@ -92,11 +93,20 @@ def blocks(values):
         rows, BLOCK, columns, BLOCK, -1).mean(axis=(1, 3))
 
 
+def read(file):
+    """The pixels of a picture. Not by ImageBuf, whose cache takes a file that was written twice
+    within a second for the old one."""
+    image = OpenImageIO.ImageInput.open(file)
+    pixels = image.read_image(OpenImageIO.FLOAT)
+    image.close()
+    return pixels.astype(float)
+
+
 def errors(picture, exact):
     """Bias of the mean and RMSE in blocks, over the mean, by channel; the exact picture's noise left
     out, as pictureError() does it."""
-    x = blocks(OpenImageIO.ImageBuf(picture).get_pixels()[..., :3].astype(float))
-    known = blocks(OpenImageIO.ImageBuf(exact).get_pixels().astype(float))
+    x = blocks(read(picture)[..., :3])
+    known = blocks(read(exact))
     covered = known[..., 3] > 0
     x, a, whole = x[covered], known[covered][:, 4:7], known[covered][:, :3]
     mean = whole.mean(axis=0)
@@ -108,7 +118,8 @@ class Bench(Programs):
     def __init__(self, arguments):
         super().__init__(arguments)
         self.ball = os.path.join(self.folder, "ball.obj")
-        write_ball(self.ball, 0.06, "a ball of 6 cm; metres")
+        if not os.path.exists(self.ball):
+            write_ball(self.ball, 0.06, "a ball of 6 cm; metres")
 
     def write(self, file, *what):
         text = scene_text(*what, self.ball)
@@ -118,7 +129,12 @@ class Bench(Programs):
 
     def measure(self, name):
         """Rows of one scene: a dictionary for each light."""
-        base = os.path.join(self.folder, "scattering_" + re.sub(r"\W+", "_", name))
+        # Its own folder, so that two runs at once share nothing but what is kept.
+        with tempfile.TemporaryDirectory() as folder:
+            return self.measure_in(folder, name)
+
+    def measure_in(self, folder, name):
+        base = os.path.join(folder, "scene")
         scene, boxes, volume, picture = (base + end for end in (".toml", ".boxes", ".vdb", ".exr"))
         lights = LIGHTS if name.startswith(("fur", "ball", "wool")) else PLANT_LIGHTS
         rows = {light: {"scene": name, "light": light, "bias": [], "blocks": []}
