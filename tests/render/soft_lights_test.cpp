@@ -274,12 +274,13 @@ TEST(SoftLights, StatisticsAreOfTheWholeLight)
     EXPECT_NEAR(stats.lights[1].arrives, 0.5, 0.01);
     EXPECT_LT(stats.lights[2].arrives, 0) << "it shines on nothing that is seen";
     EXPECT_EQ(stats.lights[2].seen, 0);
-    EXPECT_NEAR(stats.lights[0].seen, 0.25, 1e-3);
-    EXPECT_NEAR(stats.lights[1].seen, 0.75, 1e-3);
+    // Each light is asked at places at random of its own.
+    EXPECT_NEAR(stats.lights[0].seen, 0.25, 5e-3);
+    EXPECT_NEAR(stats.lights[1].seen, 0.75, 5e-3);
     EXPECT_EQ(stats.ambient_seen, 0);
     params.ambient = Vec3d(0.5); // of which the board keeps a part away
     show();
-    EXPECT_NEAR(stats.lights[1].seen / stats.lights[0].seen, 3, 0.01);
+    EXPECT_NEAR(stats.lights[1].seen / stats.lights[0].seen, 3, 0.05);
     EXPECT_GT(stats.ambient_seen, 0.05);
     EXPECT_LT(stats.ambient_seen, 0.2);
     EXPECT_NEAR(stats.lights[0].seen + stats.lights[1].seen + stats.ambient_seen, 1, 1e-9);
