@@ -101,9 +101,10 @@ class Interop(unittest.TestCase):
     @program("oiiotool")
     def test_openimageio(self):
         text = run("oiiotool", "--info", "-v", self.picture)
-        self.assertIn("160 x  120, 14 channel, float openexr", text)
+        self.assertIn("160 x  120, 23 channel, float openexr", text)
         channels = ("R, G, B, A, Z, N.X, N.Y, N.Z, albedo.R, albedo.G, albedo.B, "
-                    "light1.R, light1.G, light1.B")
+                    "ambient.R, ambient.G, ambient.B, background.R, background.G, background.B, "
+                    "haze.R, haze.G, haze.B, light1.R, light1.G, light1.B")
         for name in (channels, "volcomp/scene", "volcomp/seconds"):
             self.assertIn(name, text)
         settings = next(line for line in text.splitlines() if "volcomp/settings" in line)
