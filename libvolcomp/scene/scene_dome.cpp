@@ -11,7 +11,7 @@ namespace {
 std::string freeName(const std::vector<Light>& lights)
 {
     for (int number = 1;; ++number) {
-        const std::string name = number == 1 ? "sun" : "sun" + std::to_string(number);
+        std::string name = number == 1 ? "sun" : fmt::format("sun{}", number);
         if (std::none_of(lights.begin(), lights.end(),
                          [&](const Light& l) { return l.name == name; }))
             return name;

@@ -85,7 +85,8 @@ std::vector<Light> hardLights(const Light& light, int count)
     if (!light.isSoft()) return lights;
     for (int i = 0; i < count / 2; ++i)
         for (const int half : {0, 1}) {
-            Light& one = lights[std::size_t(i + half * (count / 2))];
+            const int number = i + half * (count / 2);
+            Light& one = lights[std::size_t(number)];
             one = moved(light, i, count, half ? -1 : 1);
             one.disc = one.radius = 0;
         }
