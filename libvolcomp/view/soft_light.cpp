@@ -4,19 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volcomp/base/across.h"
+
 namespace volcomp {
 namespace {
 
 constexpr double kGolden = 0.61803398874989484820, kPlastic = 0.75487766624669276005;
 
 double fraction(double x) { return x - std::floor(x); }
-
-/// Two unit vectors across `axis` (unit) and across each other.
-std::pair<Vec3d, Vec3d> across(const Vec3d& axis)
-{
-    const Vec3d b = axis.cross(std::abs(axis[0]) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit();
-    return {b, axis.cross(b)};
-}
 
 /// A place on the unit disc, by the share of the area that lies nearer to its middle.
 struct OnDisc {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "tests/support/mean_of_covered.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/truth/exact_picture.h"
@@ -43,18 +44,6 @@ Image pictureOf(const ExactScene& scene, int bounces, int samples = 64, std::uin
     params.seed = seed;
     params.paths.bounces = bounces;
     return exactPicture(scene, embree, params);
-}
-
-/// Of the pixels that something covers.
-double meanOfCovered(const Image& image, int channel = 0)
-{
-    double sum = 0, alpha = 0;
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-            sum += image.pixel(x, y)[channel];
-            alpha += image.pixel(x, y)[3];
-        }
-    return sum / alpha;
 }
 
 std::string material(const std::string& kind, double alpha, const std::string& more = {})

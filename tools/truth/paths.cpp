@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volcomp/base/across.h"
 #include "volcomp/base/interval.h"
 
 namespace volcomp {
@@ -19,13 +20,6 @@ enum Use { kDirection, kSide, kLights };
 double fraction(double x) { return x - std::floor(x); }
 
 double largest(const Vec3d& v) { return std::max({v[0], v[1], v[2]}); }
-
-/// Two unit vectors across `n` (unit) and each other.
-std::array<Vec3d, 2> across(const Vec3d& n)
-{
-    const Vec3d x = n.cross(std::abs(n[0]) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit();
-    return {x, n.cross(x)};
-}
 
 /// A place on the unit disc across `n`.
 Vec3d onDisc(const Vec3d& n, const std::array<double, 2>& u)
@@ -58,11 +52,6 @@ Illumination illuminateBall(const Light& light, const Vec3d& p, const std::array
     return in;
 }
 
-bool isSoft(const Light& light)
-{
-    return light.kind == LightKind::directional ? light.disc > 0 : light.radius > 0;
-}
-
 /// What the lights send by one scattering at the hit.
 Vec3d lightOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit, const Vec3d& V,
               bool shadows, int depth, PathNumbers& numbers)
@@ -71,7 +60,7 @@ Vec3d lightOf(const EmbreeScene& embree, const Scene& scene, const ExactHit& hit
     Vec3d sum(0.0);
     for (std::size_t l = 0; l < scene.lights.size(); ++l) {
         const Light& light = scene.lights[l];
-        const Illumination in = isSoft(light)
+        const Illumination in = light.isSoft()
             ? illuminateSoft(light, hit.position, numbers.pair(depth, kLights + int(l)))
             : illuminate(light, hit.position, kClosest);
         if (!(in.weight > 0)) continue;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volcomp/base/across.h"
 #include "volcomp/base/interval.h"
 #include "volcomp/render/march/particle_on_ray.h"
 
@@ -14,15 +15,9 @@ constexpr int kMostBounces = 1000; ///< hardly a path comes so far
 
 double greatest(const Vec3d& v) { return std::max({v[0], v[1], v[2]}); }
 
-/// A vector of unit length across `n`.
-Vec3d across(const Vec3d& n)
-{
-    return n.cross(std::abs(n[0]) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).unit();
-}
-
 Vec3d cosineDirection(const Vec3d& n, double u, double v)
 {
-    const Vec3d a = across(n), b = n.cross(a);
+    const auto [a, b] = across(n);
     const double r = std::sqrt(u), angle = 2 * kPi * v;
     return r * std::cos(angle) * a + r * std::sin(angle) * b + std::sqrt(1 - u) * n;
 }

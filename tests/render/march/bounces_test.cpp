@@ -10,6 +10,7 @@
 #include "volcomp/base/random.h"
 #include "volcomp/render/render.h"
 #include "volcomp/render/sky/openness.h"
+#include "tests/support/mean_of_covered.h"
 #include "tests/support/volumes.h"
 
 using namespace volcomp;
@@ -50,18 +51,6 @@ Light towards(const Vec3d& direction, double strength = 1)
     light.direction = direction.unit();
     light.strength = Vec3d(strength);
     return light;
-}
-
-/// Mean of a channel over mean alpha.
-double meanOf(const Image& image, int channel = 0)
-{
-    double sum = 0, alpha = 0;
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-            sum += image.pixel(x, y)[channel];
-            alpha += image.pixel(x, y)[3];
-        }
-    return sum / alpha;
 }
 
 /// A ball of fog around (r, r, r), `r` voxels of 1 m.
@@ -148,7 +137,7 @@ TEST(Bounces, ALoneStrandScattersOnce)
     const Camera camera = cameraAt({3.5, 32, 200}, {3.5, 32, 3.5}, 15);
     const std::vector<Light> lights{towards({-1, -1, -1})};
     const auto shows = [&](Scattering s, double albedo) {
-        return meanOf(render(volume, {matt(albedo)}, camera, lights, paramsOf(s, 64)));
+        return meanOfCovered(render(volume, {matt(albedo)}, camera, lights, paramsOf(s, 64)));
     };
     // Without direction the term of single scattering is the same in both.
     const double once = shows(Scattering::single, 0.9);
@@ -165,7 +154,7 @@ TEST(Bounces, HalfSpaceIsChandrasekhars)
     const Camera camera = cameraAt({80, 2000, 80}, {80, 0, 80}, 0.5); // along the normal
     for (const double a : {0.3, 0.6, 0.9}) {
         const auto shows = [&](const Vec3d& light, Scattering s) {
-            return meanOf(render(tree, {matt(a)}, camera, {towards(light)}, paramsOf(s, 8)));
+            return meanOfCovered(render(tree, {matt(a)}, camera, {towards(light)}, paramsOf(s, 8)));
         };
         const auto exact = [&](double mu0) {
             return a / 4 * mu0 / (1 + mu0) * chandrasekharH(a, 1) * chandrasekharH(a, mu0);
@@ -194,7 +183,8 @@ TEST(Bounces, FurnaceOfDirectionalLightsIsThatOfPaths)
     const Vec3d middle = tree.origin() + Vec3d(kRadius);
     const Camera camera = cameraAt(middle + Vec3d(0, 0, 1000), middle, 4.5);
     const auto shows = [&](double a) {
-        return meanOf(render(tree, {matt(a)}, camera, lights, paramsOf(Scattering::multiple, 24)));
+        return meanOfCovered(
+            render(tree, {matt(a)}, camera, lights, paramsOf(Scattering::multiple, 24)));
     };
     Random random(7);
     double sum = 0, rays = 0;
@@ -227,8 +217,8 @@ TEST(Bounces, FibresThatLieEvenlyAreAsVoxelsWithoutDirection)
     const Camera camera = cameraAt({16, 16, 300}, {16, 16, 16}, 6);
     for (const Vec3d& light : {Vec3d(0, 0, -1), Vec3d(-1, -1, -0.5)}) {
         const auto shows = [&](const Volume& volume) {
-            return meanOf(render(volume, {matt(0.9)}, camera, {towards(light)},
-                                 paramsOf(Scattering::multiple)));
+            return meanOfCovered(render(volume, {matt(0.9)}, camera, {towards(light)},
+                                        paramsOf(Scattering::multiple)));
         };
         EXPECT_NEAR(shows(with) / shows(without), 1, 0.04);
     }
@@ -271,7 +261,7 @@ TEST(SkyLight, IsOccludedInSingleScatteringToo)
     RenderParams params = paramsOf(Scattering::single);
     params.ambient = Vec3d(1.0);
     const auto shows = [&](double albedo) {
-        return meanOf(render(fog, {matt(albedo)}, camera, {}, params));
+        return meanOfCovered(render(fog, {matt(albedo)}, camera, {}, params));
     };
     const double white = shows(1), grey = shows(0.5);
     EXPECT_GT(white, 0.2);
@@ -294,7 +284,7 @@ TEST(SkyLight, ComesFromWhereTheDomeShines)
     params.dome.zenith = params.dome.horizon = Vec3d(1.0);
     params.dome.visible = false;
     const auto shows = [&](double eye) {
-        return meanOf(
+        return meanOfCovered(
             render(volume, {matt(0.8)}, cameraAt({64, eye, 64}, {64, 20, 64}, 2), {}, params));
     };
     EXPECT_GT(shows(900), 0.2);
