@@ -44,7 +44,7 @@ public:
     }
     int lightParts() const { return m_tracer.lightParts(); }
     std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }
-    const Openness* openness() const { return m_tracer.openness(); }
+    std::size_t opennessBytes() const { return m_tracer.opennessBytes(); }
     double opennessSeconds() const { return m_tracer.opennessSeconds(); }
 
     const Crop& crop() const { return m_crop; } ///< pixelsOf(params())

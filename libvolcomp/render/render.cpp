@@ -69,7 +69,7 @@ Image render(const std::vector<VoxelLevel>& levels, const std::vector<Material>&
         setShares(sums, lights.size(), *stats);
         stats->active_voxels = levels[0].tree->voxelCount();
         stats->skin_shadow_bytes = tracer.skinShadowBytes();
-        stats->openness_bytes = tracer.openness() ? tracer.openness()->memoryBytes() : 0;
+        stats->openness_bytes = tracer.opennessBytes();
         stats->openness_seconds = tracer.opennessSeconds();
         stats->prepare_seconds = prepared - start;
         stats->march_seconds = wallSeconds() - prepared;

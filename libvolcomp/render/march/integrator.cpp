@@ -45,12 +45,11 @@ double depthAlong(const MarchScene& scene, const MarchRay& r, const Vec3d& direc
 }
 
 double Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
-                              std::vector<float>& seen) const
+                              double depth, std::vector<float>& seen) const
 {
     const VoxelTree& tree = m_scene.tree;
     const MarchRay r(tree, tree.toCorner(origin), tree.directionToCorner(direction),
                      to / tree.voxelSize(), from / tree.voxelSize());
-    double depth = 0;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
         const float* density = tree.densities(span.leaf);
         double greatest = 0;
@@ -61,6 +60,7 @@ double Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, doubl
             greatest = std::max(greatest, std::exp(-depth) * -std::expm1(-delta));
             depth += delta;
         });
+        if (std::size_t(span.leaf) >= seen.size()) seen.resize(tree.leafCount(), 0);
         seen[span.leaf] = std::max(seen[span.leaf], float(greatest));
         return depth < darkest();
     });

@@ -50,9 +50,10 @@ public:
 
     /// Raises the weights of the leaves that the ray reaches between two distances and before the
     /// cutoff, as ShadowSweep wants them: `seen` has one for each leaf, the greatest share of a ray
-    /// that shows a voxel of it. Returns the optical depth of the way.
+    /// that shows a voxel of it, and becomes longer if the tree has made more. `depth` is the
+    /// optical depth before; returns that behind.
     double markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
-                      std::vector<float>& seen) const;
+                      double depth, std::vector<float>& seen) const;
 
     /// The optical depth behind which nothing matters.
     double darkest() const { return m_scene.darkest(); }

@@ -20,20 +20,29 @@ void forEachBundle(const Rectangle& r, const F& f)
 
 } // namespace
 
-bool ShadowSweep::Sweeper::run()
+bool ShadowSweep::Sweeper::prepare()
 {
     sortLeaves();
     setSpacing();
     visitCells();
     markNeeded();
     if (m_all.empty()) return false;
+    if (m_tree.tiles()) makeWay();
+    return true;
+}
+
+void ShadowSweep::Sweeper::run()
+{
+    if (m_tree.tiles()) { // with what was made since
+        sortLeaves();
+        visitCells();
+    }
     m_bundles.resize(m_all.size());
     if (m_sweep.m_directed) m_effective_of.assign(m_tree.leafCount(), -1);
     for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {
         keep(layer);
         if (layer < int(m_cells.size())) push(layer);
     }
-    return true;
 }
 
 void ShadowSweep::Sweeper::sortLeaves()
@@ -42,7 +51,7 @@ void ShadowSweep::Sweeper::sortLeaves()
     const int a = m_lattice.a, layers = (box.max()[a] - box.min()[a] + 1) / kLeafDim;
     m_field.first_s = m_lattice.sign > 0 ? box.min()[a] : -(box.max()[a] + 1.0);
     m_field.planes.resize(layers + 1);
-    m_cells.resize(layers);
+    m_cells.assign(layers, {});
     m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
         const int layer = (origin[a] - box.min()[a]) / kLeafDim;
         m_cells[m_lattice.sign > 0 ? layer : layers - 1 - layer].push_back(
@@ -55,7 +64,9 @@ void ShadowSweep::Sweeper::sortLeaves()
 // place, so they go by rays.
 bool ShadowSweep::Sweeper::asksForLight(const Cell& cell, int layer) const
 {
-    if (!(m_seen[cell.leaf] > 0) || m_tree.leaf(cell.leaf).uniform) return false;
+    if (std::size_t(cell.leaf) >= m_seen.size() || !(m_seen[cell.leaf] > 0)
+        || m_tree.leaf(cell.leaf).uniform)
+        return false;
     if (!m_lattice.fans) return true;
     const double s = planeAt(layer);
     if (!m_lattice.hasRaysAt(s)) return false;
@@ -95,14 +106,15 @@ void ShadowSweep::Sweeper::setSpacing()
     m_field.lattice = m_lattice;
 }
 
-ShadowSweep::Rectangle ShadowSweep::Sweeper::bundlesThrough(const Cell& cell, int layer) const
+ShadowSweep::Rectangle ShadowSweep::Sweeper::bundlesThrough(int b, int c, int width,
+                                                            int layer) const
 {
     constexpr double kPyramid = 1.02; // half its width at distance 1, with a border for rounding
     Rectangle r;
     for (int axis = 0; axis < 2; ++axis) {
-        const int x = axis == 0 ? cell.b : cell.c;
+        const int x = axis == 0 ? b : c;
         auto [low, high] =
-            m_lattice.raysThrough(axis, x, x + kLeafDim, planeAt(layer), planeAt(layer + 1));
+            m_lattice.raysThrough(axis, x, x + width, planeAt(layer), planeAt(layer) + width);
         if (m_lattice.fans) {
             const double most = kPyramid / m_lattice.spacing1;
             low = std::max(low, -most);
@@ -119,7 +131,7 @@ void ShadowSweep::Sweeper::visitCells()
 {
     tbb::parallel_for(std::size_t(0), m_cells.size(), [&](std::size_t layer) {
         for (Cell& cell : m_cells[layer]) {
-            cell.bundles = bundlesThrough(cell, int(layer));
+            cell.bundles = bundlesThrough(cell.b, cell.c, kLeafDim, int(layer));
             cell.asks = asksForLight(cell, int(layer));
         }
     });

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <vector>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -23,8 +24,11 @@ public:
     {
     }
 
-    /// Fills the field. Returns false, with nothing in it, if no leaf asks for its light.
-    bool run();
+    /// Finds what is asked for. A tree that is made on the way makes what lies before it. Returns
+    /// false if no leaf asks for the field's light.
+    bool prepare();
+    /// Fills the field; prepare() comes first, and nobody makes leaves meanwhile.
+    void run();
 
 private:
     /// A leaf at its place.
@@ -59,10 +63,15 @@ private:
     double planeAt(int plane) const { return m_field.first_s + double(kLeafDim) * plane; }
 
     void sortLeaves();
+    void makeWay();
+    void addNodesToLight(const openvdb::Coord& node, std::set<openvdb::Coord>& nodes) const;
+    void makeWayIn(const openvdb::Coord& node) const;
     bool asksForLight(const Cell& cell, int layer) const;
     bool mayBeInCone(const Vec3d& from_light) const;
     void setSpacing();
-    Rectangle bundlesThrough(const Cell& cell, int layer) const;
+    /// The bundles of the rays that pass a cube of so many voxels whose lowest is b, c, behind the
+    /// plane of a layer, or between whose rays its points lie.
+    Rectangle bundlesThrough(int b, int c, int width, int layer) const;
     void visitCells();
     void markNeeded();
 

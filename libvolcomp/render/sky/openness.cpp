@@ -10,8 +10,8 @@
 
 namespace volcomp {
 
-Openness::Openness(const VoxelTree& tree, double extinction, const SkinTracer* skins,
-                   bool by_direction, std::size_t most_cells)
+Openness::Openness(const VoxelTree& tree, const Cells& cells, double extinction,
+                   const SkinTracer* skins, bool by_direction, std::size_t most_cells)
 {
     const Vec3d axes[3] = {tree.directionToCorner({1, 0, 0}), tree.directionToCorner({0, 1, 0}),
                            tree.directionToCorner({0, 0, 1})};
@@ -21,8 +21,8 @@ Openness::Openness(const VoxelTree& tree, double extinction, const SkinTracer* s
         const NeighbourStep step = neighbourStep(d);
         m_directions[d] = tree.directionToWorld(Vec3d(step[0], step[1], step[2]).unit());
     }
-    if (tree.empty()) return;
-    Builder builder(*this, tree, extinction, by_direction);
+    if (tree.empty() || cells.box.empty()) return;
+    Builder builder(*this, tree, cells, extinction, by_direction);
     builder.layCells(most_cells);
     builder.addDensities();
     if (skins) builder.lookForSkins(*skins);

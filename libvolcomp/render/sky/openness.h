@@ -43,7 +43,20 @@ public:
     /// inside a body do not darken the fur on it. Without `by_direction` it keeps closed() alone, 2
     /// bytes a cell instead of 34. The bytes do not depend on the number of threads.
     Openness(const VoxelTree& tree, double extinction, const SkinTracer* skins = nullptr,
-             bool by_direction = true, std::size_t most_cells = kMostCells);
+             bool by_direction = true, std::size_t most_cells = kMostCells)
+        : Openness(tree, {tree.bounds(), kLeafDim}, extinction, skins, by_direction, most_cells)
+    {
+    }
+
+    /// Where cells are laid, and how wide they are at least.
+    struct Cells {
+        openvdb::CoordBBox box; ///< voxels of the tree; all outside is open
+        int width;              ///< voxels: a power of two
+    };
+    /// The same with other cells. All leaves of the tree in their box must be there.
+    Openness(const VoxelTree& tree, const Cells& cells, double extinction,
+             const SkinTracer* skins = nullptr, bool by_direction = true,
+             std::size_t most_cells = kMostCells);
 
     /// Unit, world axes, to the outside.
     const std::array<Vec3d, kDirections>& directions() const { return m_directions; }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include <tbb/parallel_for.h>
 
@@ -17,17 +18,18 @@ int floorDivide(int x, int y) { return x >= 0 ? x / y : -((y - 1 - x) / y); }
 
 } // namespace
 
-Openness::Builder::Builder(Openness& openness, const VoxelTree& tree, double extinction,
-                           bool by_direction)
-    : m_openness(openness), m_tree(tree), m_extinction(extinction), m_by_direction(by_direction)
+Openness::Builder::Builder(Openness& openness, const VoxelTree& tree, const Cells& cells,
+                           double extinction, bool by_direction)
+    : m_openness(openness), m_tree(tree), m_cells(cells), m_extinction(extinction),
+      m_by_direction(by_direction)
 {
 }
 
 void Openness::Builder::layCells(std::size_t most_cells)
 {
-    const openvdb::CoordBBox& box = m_tree.bounds();
+    const openvdb::CoordBBox& box = m_cells.box;
     std::size_t cells = 0;
-    for (m_width = kLeafDim;; m_width *= 2) {
+    for (m_width = m_cells.width;; m_width *= 2) {
         cells = 1;
         for (int a = 0; a < 3; ++a) {
             m_low[a] = floorDivide(box.min()[a], m_width);
@@ -39,6 +41,9 @@ void Openness::Builder::layCells(std::size_t most_cells)
     m_openness.m_cell_size = m_width * m_tree.voxelSize();
     const Vec3d first(m_low[0] - 0.5, m_low[1] - 0.5, m_low[2] - 0.5);
     m_openness.m_first = m_tree.origin() + m_openness.m_cell_size * m_tree.directionToWorld(first);
+    m_lump_width = std::min(m_width, kLeafDim);
+    m_lumps_across = kLeafDim / m_lump_width;
+    m_lumps_of_leaf = m_lumps_across * m_lumps_across * m_lumps_across;
     m_openness.m_closed.resize(cells);
     if (m_by_direction) m_openness.m_passes.resize(cells);
 }
@@ -50,22 +55,44 @@ std::size_t Openness::Builder::cellOf(const openvdb::Coord& origin) const
     return m_openness.number(c[0], c[1], c[2]);
 }
 
+int Openness::Builder::lumpOf(int voxel) const
+{
+    const int x = (voxel >> 6) / m_lump_width, y = (voxel >> 3 & 7) / m_lump_width,
+              z = (voxel & 7) / m_lump_width;
+    return (x * m_lumps_across + y) * m_lumps_across + z;
+}
+
+template <class F>
+void Openness::Builder::forEachLump(F&& f) const
+{
+    const int n = m_lumps_across;
+    m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
+        if (!m_cells.box.isInside(origin)) return;
+        for (int k = 0; k < m_lumps_of_leaf; ++k)
+            f(cellOf(origin.offsetBy(k / (n * n) * m_lump_width, k / n % n * m_lump_width,
+                                     k % n * m_lump_width)),
+              origin, std::size_t(leaf) * std::size_t(m_lumps_of_leaf) + std::size_t(k));
+    });
+}
+
 void Openness::Builder::addDensities()
 {
-    m_leaves.resize(m_tree.leafCount());
-    tbb::parallel_for(std::size_t(0), m_leaves.size(), [&](std::size_t i) {
-        LeafMass& leaf = m_leaves[i];
+    const std::size_t leaves = m_tree.leafCount();
+    m_lumps.resize(leaves * std::size_t(m_lumps_of_leaf));
+    tbb::parallel_for(std::size_t(0), leaves, [&](std::size_t i) {
+        Lump* const lumps = &m_lumps[i * std::size_t(m_lumps_of_leaf)];
         const float* density = m_tree.densities(int(i));
         for (int v = 0; v < kLeafSize; ++v) {
-            leaf.mass += density[v];
-            leaf.moment +=
+            Lump& lump = lumps[lumpOf(v)];
+            lump.mass += density[v];
+            lump.moment +=
                 double(density[v]) * Vec3d((v >> 6) + 0.5, (v >> 3 & 7) + 0.5, (v & 7) + 0.5);
         }
     });
     m_depth.assign(m_openness.cells(), 0);
     const double width = m_width, factor = m_extinction * width / (width * width * width);
-    m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
-        m_depth[cellOf(origin)] += float(factor * m_leaves[leaf].mass);
+    forEachLump([&](std::size_t cell, const openvdb::Coord&, std::size_t lump) {
+        m_depth[cell] += float(factor * m_lumps[lump].mass);
     });
 }
 
@@ -74,9 +101,9 @@ Vec3d Openness::Builder::middleOfMass(const Place* first, const Place* last) con
     double mass = 0;
     Vec3d moment(0.0);
     for (const Place* p = first; p != last; ++p) {
-        const LeafMass& leaf = m_leaves[p->leaf];
-        mass += leaf.mass;
-        moment += leaf.moment + leaf.mass * Vec3d(p->origin.x(), p->origin.y(), p->origin.z());
+        const Lump& lump = m_lumps[p->lump];
+        mass += lump.mass;
+        moment += lump.moment + lump.mass * Vec3d(p->origin.x(), p->origin.y(), p->origin.z());
     }
     return m_tree.origin() + m_tree.voxelSize() * m_tree.directionToWorld(moment / mass);
 }
@@ -84,11 +111,13 @@ Vec3d Openness::Builder::middleOfMass(const Place* first, const Place* last) con
 void Openness::Builder::lookForSkins(const SkinTracer& skins)
 {
     std::vector<Place> places;
-    m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
-        if (m_leaves[leaf].mass > 0) places.push_back({cellOf(origin), origin, leaf});
+    forEachLump([&](std::size_t cell, const openvdb::Coord& origin, std::size_t lump) {
+        if (m_lumps[lump].mass > 0) places.push_back({cell, origin, lump});
     });
-    std::stable_sort(places.begin(), places.end(),
-                     [](const Place& a, const Place& b) { return a.cell < b.cell; });
+    // By place in a cell, as leaves may come in any order.
+    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+        return std::tie(a.cell, a.origin, a.lump) < std::tie(b.cell, b.origin, b.lump);
+    });
     m_visible.assign(m_openness.cells(), kAll);
     tbb::parallel_for(std::size_t(0), places.size(), [&](std::size_t i) {
         if (i > 0 && places[i - 1].cell == places[i].cell) return;

@@ -11,26 +11,31 @@ namespace volcomp {
 /// Fills the cells. All references must outlive this.
 class Openness::Builder {
 public:
-    Builder(Openness& openness, const VoxelTree& tree, double extinction, bool by_direction);
+    Builder(Openness& openness, const VoxelTree& tree, const Cells& cells, double extinction,
+            bool by_direction);
 
-    /// Lays the cells over the tree's bounds.
+    /// Lays the cells over their box.
     void layCells(std::size_t most_cells);
     void addDensities();
     void lookForSkins(const SkinTracer& skins);
     void passAll(); ///< all directions, and then P
 
 private:
-    /// The particles of one leaf.
-    struct LeafMass {
+    /// The particles of one lump: a leaf, or as much of one as lies in a cell.
+    struct Lump {
         double mass = 0;   ///< sum of the densities
         Vec3d moment{0.0}; ///< sum of density times place in the leaf, voxels
     };
-    /// A leaf where it stands.
+    /// A lump where it stands.
     struct Place {
         std::size_t cell;
-        openvdb::Coord origin;
-        int leaf;
+        openvdb::Coord origin; ///< of its leaf
+        std::size_t lump;
     };
+    /// Calls f(cell, origin of the leaf, number of the lump) for all lumps in the box.
+    template <class F>
+    void forEachLump(F&& f) const;
+    int lumpOf(int voxel) const; ///< in its leaf
     std::size_t cellOf(const openvdb::Coord& origin) const;
     Vec3d middleOfMass(const Place* first, const Place* last) const; ///< world
     void giveToEmptyCells();
@@ -42,11 +47,14 @@ private:
 
     Openness& m_openness;
     const VoxelTree& m_tree;
+    const Cells m_cells;
     const double m_extinction;
     const bool m_by_direction;
-    int m_width = 0;                      ///< of a cell, voxels
-    int m_low[3] = {0, 0, 0};             ///< of the first cell with voxels, in cells
-    std::vector<LeafMass> m_leaves;       ///< by leaf
+    int m_width = 0;             ///< of a cell, voxels
+    int m_low[3] = {0, 0, 0};    ///< of the first cell with voxels, in cells
+    int m_lump_width = kLeafDim; ///< voxels
+    int m_lumps_across = 1, m_lumps_of_leaf = 1;
+    std::vector<Lump> m_lumps;            ///< by leaf, and in it x, y, z
     std::vector<float> m_depth;           ///< by cell: optical depth of its width along an axis
     float m_weight = 0;                   ///< of the direction at hand
     std::vector<float> m_escapes;         ///< by cell: sum over directions, 1 - P

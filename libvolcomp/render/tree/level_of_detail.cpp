@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "volcomp/base/clock.h"
+#include "volcomp/base/error.h"
 
 namespace volcomp {
 
@@ -21,72 +22,123 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
     for (const VoxelLevel& level : levels) {
         Level& l = m_levels.emplace_back();
         static_cast<VoxelLevel&>(l) = level;
+        if (l.tree->tiles() && params.filter == Filter::trilinear)
+            throw Error("filter: expected \"box\" where the voxels are made on the way, found "
+                        "\"trilinear\". Compose a volume file for it with volcomp-compose.");
         l.integrator.emplace(*l.tree, m_materials, m_soft.lights(0), m_params);
-        if (params.shadows == Shadows::sweep) sweep(l, rays, crop);
         if (m_skins && params.shadows != Shadows::none && !l.tree->empty()) {
             l.skin_shadow =
                 std::make_unique<const SkinShadow>(*m_skins, *l.tree, m_soft.all(), params.shadows);
             l.integrator->useSkinShadow(*l.skin_shadow);
         }
     }
-    makeOpenness();
+    if (params.shadows == Shadows::sweep) {
+        mark(rays, crop);
+        for (Level& l : m_levels) sweep(l);
+    }
+    makeOpenness(rays.ray(0.5 * params.width, 0.5 * params.height).origin);
     for (Level& l : m_levels) // last: they copy all that is above
         for (int part = 1; part < m_soft.parts(); ++part)
             l.other_parts.emplace_back(*l.integrator)
                 .useLights(m_soft.lights(part), m_soft.numbers(part));
 }
 
-void LevelOfDetail::makeOpenness()
+void LevelOfDetail::makeOpenness(const Vec3d& eye)
 {
     if (m_levels.empty() || !m_levels[0].integrator->scene().wantsOpenness()) return;
     const double start = wallSeconds();
-    const MarchScene& finest = m_levels[0].integrator->scene();
-    // Light from all around and skins ask for directions, multiple scattering for P alone.
-    m_openness = std::make_unique<const Openness>(finest.tree, finest.extinction, m_skins,
-                                                  finest.hasSky() || m_skins);
-    for (Level& l : m_levels) l.integrator->useOpenness(*m_openness);
+    for (Level& l : m_levels) {
+        if (l.around || m_openness.empty()) m_openness.push_back(opennessAround(l, eye));
+        l.integrator->useOpenness(*m_openness.back());
+    }
     m_openness_seconds = wallSeconds() - start;
 }
 
-// Marks what a ray sees of a level: the volume as far as a skin, and the leaf in which that lies.
-void LevelOfDetail::markLeaves(const Level& level, const CameraRay& ray,
-                               std::vector<float>& seen) const
+// The openness of the places of a level. Of a tree that is made on the way it reaches as far as the
+// level is looked at, and half as far again.
+std::shared_ptr<const Openness> LevelOfDetail::opennessAround(const Level& level,
+                                                              const Vec3d& eye) const
 {
-    std::optional<SkinTracer::Meeting> skin;
-    if (m_skins) skin = m_skins->meeting(ray.origin, ray.direction, 0, level.end);
-    if (skin && skin->distance <= level.start) return; // it hides the level
-    const double depth = level.integrator->markLeaves(ray.origin, ray.direction, level.start,
-                                                      skin ? skin->distance : level.end, seen);
-    if (!skin || level.tree->empty()) return;
-    const Vec3d p = level.tree->toCorner(ray.origin + ray.direction * skin->distance);
-    for (int a = 0; a < 3; ++a)
-        if (!(p[a] >= level.tree->bounds().min()[a] && p[a] < level.tree->bounds().max()[a] + 1.0))
-            return;
-    const int leaf =
-        level.tree->leafAt(int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2])));
-    if (leaf != VoxelTree::kEmpty) seen[leaf] = std::max(seen[leaf], float(std::exp(-depth)));
+    constexpr double kReach = 1.5;
+    const VoxelTree& tree = level.around ? *level.around : *level.tree;
+    const MarchScene& scene = level.integrator->scene();
+    Openness::Cells cells{tree.bounds(), kLeafDim};
+    if (tree.tiles()) {
+        const Vec3d middle = tree.toCorner(eye);
+        for (int a = 0; a < 3 && level.end < kInfinity; ++a) {
+            const double reach = kReach * level.end / tree.voxelSize();
+            cells.box.min()[a] =
+                std::max(cells.box.min()[a], int(std::max(-1e9, middle[a] - reach)) & ~7);
+            cells.box.max()[a] =
+                std::min(cells.box.max()[a], int(std::min(1e9, middle[a] + reach)) | 7);
+        }
+        const double across = kLeafDim * level.tree->voxelSize() / tree.voxelSize();
+        cells.width = std::max(1, int(std::lround(across)));
+        tree.tiles()->make(cells.box);
+    }
+    // Light from all around and skins ask for directions, multiple scattering for P alone.
+    return std::make_shared<const Openness>(tree, cells, m_params.tau * tree.voxelSize(), m_skins,
+                                            scene.hasSky() || m_skins);
 }
 
-// Sweeps light for the leaves that rays through every other pixel see.
-void LevelOfDetail::sweep(Level& level, const CameraRays& rays, const Crop& crop)
+// Marks what a ray sees of the levels: the volume as far as a skin, and the leaf in which that
+// lies.
+void LevelOfDetail::markLeaves(const CameraRay& ray, std::vector<std::vector<float>>& seen) const
 {
-    const VoxelTree& tree = *level.tree;
-    tbb::enumerable_thread_specific<std::vector<float>> local(
-        std::vector<float>(tree.leafCount(), 0));
+    std::optional<SkinTracer::Meeting> skin;
+    if (m_skins) skin = m_skins->meeting(ray.origin, ray.direction, 0, kInfinity);
+    const double end = skin ? skin->distance : kInfinity;
+    double depth = 0;
+    std::size_t last = 0;
+    for (std::size_t n = 0; n < m_levels.size(); ++n) {
+        const Level& l = m_levels[n];
+        if (l.start >= end) break;
+        last = n;
+        depth = l.integrator->markLeaves(ray.origin, ray.direction, l.start, std::min(l.end, end),
+                                         depth, seen[n]);
+        if (depth >= l.integrator->darkest()) return;
+    }
+    const VoxelTree& tree = *m_levels[last].tree;
+    if (!skin || tree.empty()) return;
+    const Vec3d p = tree.toCorner(ray.origin + ray.direction * skin->distance);
+    for (int a = 0; a < 3; ++a)
+        if (!(p[a] >= tree.bounds().min()[a] && p[a] < tree.bounds().max()[a] + 1.0)) return;
+    const int leaf =
+        tree.leafAt(int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2])));
+    if (leaf == VoxelTree::kEmpty) return;
+    if (std::size_t(leaf) >= seen[last].size()) seen[last].resize(tree.leafCount(), 0);
+    seen[last][leaf] = std::max(seen[last][leaf], float(std::exp(-depth)));
+}
+
+// Marks the leaves that rays through every other pixel see.
+void LevelOfDetail::mark(const CameraRays& rays, const Crop& crop)
+{
+    std::vector<std::vector<float>> none(m_levels.size());
+    for (std::size_t n = 0; n < none.size(); ++n) none[n].resize(m_levels[n].tree->leafCount(), 0);
+    tbb::enumerable_thread_specific<std::vector<std::vector<float>>> local(none);
     tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
-        for (int x = 0; x < crop.width; x += 2) {
-            const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
-            markLeaves(level, ray, local.local());
-        }
+        for (int x = 0; x < crop.width; x += 2)
+            markLeaves(rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5), local.local());
     });
-    std::vector<float> seen(tree.leafCount(), 0);
-    for (const std::vector<float>& part : local)
-        for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = std::max(seen[i], part[i]);
+    for (const auto& by_level : local)
+        for (std::size_t n = 0; n < m_levels.size(); ++n) {
+            std::vector<float>& seen = m_levels[n].seen;
+            seen.resize(std::max(seen.size(), by_level[n].size()), 0);
+            for (std::size_t i = 0; i < by_level[n].size(); ++i)
+                seen[i] = std::max(seen[i], by_level[n][i]);
+        }
+    for (Level& l : m_levels) l.seen.resize(l.tree->leafCount(), 0);
+}
+
+// Sweeps light for the leaves that are marked.
+void LevelOfDetail::sweep(Level& level)
+{
     const Integrator& integrator = *level.integrator;
     level.sweep = std::make_unique<const ShadowSweep>(
-        tree, m_soft.all(), seen, integrator.extinction(), integrator.scene().darkestToLight(),
-        m_params.extinction == Extinction::directed);
+        *level.tree, m_soft.all(), level.seen, integrator.extinction(),
+        integrator.scene().darkestToLight(), m_params.extinction == Extinction::directed);
     level.integrator->useSweep(*level.sweep);
+    std::vector<float>().swap(level.seen);
 }
 
 RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
@@ -118,6 +170,13 @@ std::size_t LevelOfDetail::skinShadowBytes() const
     std::size_t bytes = 0;
     for (const Level& l : m_levels)
         if (l.skin_shadow) bytes += l.skin_shadow->memoryBytes();
+    return bytes;
+}
+
+std::size_t LevelOfDetail::opennessBytes() const
+{
+    std::size_t bytes = 0;
+    for (const auto& openness : m_openness) bytes += openness->memoryBytes();
     return bytes;
 }
 

@@ -46,7 +46,7 @@ public:
     int lightParts() const { return m_soft.parts(); }
 
     std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
-    const Openness* openness() const { return m_openness.get(); } ///< null if nothing asks for it
+    std::size_t opennessBytes() const;   ///< 0 if nothing asks for it
     double opennessSeconds() const { return m_openness_seconds; } ///< wall time that it took
 
 private:
@@ -58,18 +58,21 @@ private:
         {
             return part == 0 ? *integrator : other_parts[std::size_t(part) - 1];
         }
+        std::vector<float> seen; ///< by leaf, as ShadowSweep wants it
         std::unique_ptr<const ShadowSweep> sweep;
         std::unique_ptr<const SkinShadow> skin_shadow;
     };
-    void makeOpenness();
-    void sweep(Level& level, const CameraRays& rays, const Crop& crop);
-    void markLeaves(const Level& level, const CameraRay& ray, std::vector<float>& seen) const;
+    void makeOpenness(const Vec3d& eye);
+    std::shared_ptr<const Openness> opennessAround(const Level& level, const Vec3d& eye) const;
+    void mark(const CameraRays& rays, const Crop& crop);
+    void markLeaves(const CameraRay& ray, std::vector<std::vector<float>>& seen) const;
+    void sweep(Level& level);
 
     std::vector<Material> m_materials;
     SoftLights m_soft;
     RenderParams m_params;
     const SkinTracer* m_skins;
-    std::unique_ptr<const Openness> m_openness; ///< of the finest level, for all of them
+    std::vector<std::shared_ptr<const Openness>> m_openness; ///< by level, or one for all of them
     double m_openness_seconds = 0;
     std::deque<Level> m_levels;
 };

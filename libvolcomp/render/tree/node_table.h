@@ -63,6 +63,19 @@ public:
         }
     }
 
+    /// A number for the node that holds voxel (x,y,z): 21 bits with sign of each coordinate,
+    /// counted in nodes.
+    static std::uint64_t keyOf(int x, int y, int z)
+    {
+        return (std::uint64_t(x >> 7) & 0x1fffff) << 42 | (std::uint64_t(y >> 7) & 0x1fffff) << 21
+            | (std::uint64_t(z >> 7) & 0x1fffff);
+    }
+    /// Where the search for a node begins in a table of slots; its lower bits count.
+    static std::size_t hash(std::uint64_t key)
+    {
+        return std::size_t((key ^ key >> 29) * 0x9e3779b97f4a7c15ULL >> 32);
+    }
+
     std::size_t memoryBytes() const
     {
         return m_slots.size() * sizeof(Slot) + m_leaves.size() * sizeof(std::int32_t);
@@ -73,17 +86,7 @@ private:
         std::uint64_t key = 0;
         int table = kEmpty;
     };
-    // 21 bits with sign of each coordinate, counted in nodes.
-    static std::uint64_t keyOf(int x, int y, int z)
-    {
-        return (std::uint64_t(x >> 7) & 0x1fffff) << 42 | (std::uint64_t(y >> 7) & 0x1fffff) << 21
-            | (std::uint64_t(z >> 7) & 0x1fffff);
-    }
     static openvdb::Coord originOf(std::uint64_t key);
-    static std::size_t hash(std::uint64_t key)
-    {
-        return std::size_t((key ^ key >> 29) * 0x9e3779b97f4a7c15ULL >> 32);
-    }
     void insertKey(std::uint64_t key, int table);
 
     std::vector<Slot> m_slots; ///< a power of two, at most half of them in use

@@ -48,6 +48,22 @@ std::pair<double, double> distancesTo(const Vec3d& low, const Vec3d& high, const
     return {std::sqrt(nearest), std::sqrt(farthest)};
 }
 
+// The width of a pixel at distance 1 or, in an orthographic picture, at any.
+double pixelOf(const Camera& camera, const RenderParams& params)
+{
+    return camera.projection == Projection::perspective
+        ? 2 * std::tan(camera.field_of_view / 2) / params.width
+        : camera.width / params.width;
+}
+
+// Where voxels of an edge begin to be at most `pixels` pixels wide.
+double firstDistance(double voxel, const Camera& camera, const RenderParams& params, double pixels)
+{
+    const double ratio = voxel / (pixels * pixelOf(camera, params));
+    if (camera.projection == Projection::perspective) return ratio;
+    return ratio <= 1 ? 0 : kInfinity;
+}
+
 // The levels that a pixel needs on its way through a box, nearest first, as if there were any
 // number of levels. `low` and `high` are the box's corners, in the axes and units of `eye`; `voxel`
 // is the finest voxels' width.
@@ -56,9 +72,7 @@ std::vector<Range> rangesOf(const Vec3d& eye, const Vec3d& low, const Vec3d& hig
 {
     const auto [nearest, farthest] = distancesTo(low, high, eye);
     const bool perspective = camera.projection == Projection::perspective;
-    // The width of a pixel: at distance 1, or at any distance.
-    const double pixel = perspective ? 2 * std::tan(camera.field_of_view / 2) / params.width
-                                     : camera.width / params.width;
+    const double pixel = pixelOf(camera, params);
     std::vector<Range> ranges;
     double start = 0;
     int level = 0;
@@ -171,6 +185,40 @@ std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, con
         while (maker.level() < level && maker.hasNext()) maker.next();
         return maker.tree();
     });
+}
+
+int levelsNeeded(double finest_voxel, double farthest, const Camera& camera,
+                 const RenderParams& params, double voxel_pixels)
+{
+    int levels = 1;
+    while (levels < 40
+           && firstDistance(std::ldexp(finest_voxel, levels), camera, params, voxel_pixels)
+               < farthest)
+        ++levels;
+    return levels;
+}
+
+std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const TileMaker>>& makers,
+                                   const std::shared_ptr<TileBudget>& budget, const Camera& camera,
+                                   const RenderParams& params, double voxel_pixels)
+{
+    if (makers.empty()) throw Error("render: expected at least one maker of tiles, found none");
+    std::vector<VoxelLevel> all;
+    all.reserve(makers.size());
+    for (const auto& maker : makers) {
+        VoxelLevel& level = all.emplace_back();
+        level.tree = std::make_shared<const VoxelTree>(maker, budget);
+        if (all.size() == 1) continue;
+        level.start = firstDistance(level.tree->voxelSize(), camera, params, voxel_pixels);
+        all[all.size() - 2].end = level.start;
+    }
+    constexpr std::size_t kAround = 2; // levels coarser: cells of 8 voxels have 2 of those across
+    for (std::size_t n = 0; n < all.size(); ++n)
+        all[n].around = all[std::min(n + kAround, all.size() - 1)].tree;
+    std::vector<VoxelLevel> levels;
+    for (VoxelLevel& level : all)
+        if (level.start < level.end) levels.push_back(std::move(level));
+    return levels;
 }
 
 std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& camera,

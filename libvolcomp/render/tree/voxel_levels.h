@@ -35,7 +35,23 @@ struct VoxelLevel {
     std::shared_ptr<const VoxelTree> tree;
     /// Distances from the camera, world units.
     double start = 0, end = kInfinity;
+    /// Voxels of the same particles, as wide or wider, from which the level's openness is found;
+    /// null: from the finest level's. With a maker, what of them is needed is made.
+    std::shared_ptr<const VoxelTree> around = nullptr;
 };
+
+/// The levels of a volume whose tiles are made when rays ask for them, with voxels of at most
+/// `voxel_pixels` pixels where they are looked at. `makers` holds makers of the same particles,
+/// finest first, each of twice the voxels' width of the one before; the last serves all distances
+/// behind. They share `budget`. Throws Error if there is none.
+std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const TileMaker>>& makers,
+                                   const std::shared_ptr<TileBudget>& budget, const Camera& camera,
+                                   const RenderParams& params, double voxel_pixels);
+
+/// How many levels tileLevels() needs: all that a camera sees of what lies at most `farthest` away
+/// from it, from a finest voxel on.
+int levelsNeeded(double finest_voxel, double farthest, const Camera& camera,
+                 const RenderParams& params, double voxel_pixels);
 
 /// The levels that a camera needs, finest first; their ranges meet. `finest` alone, if params.lod
 /// is false or the volume is empty.

@@ -81,6 +81,13 @@ private:
 };
 static_assert(sizeof(VoxelRecord) == 8);
 
+/// An entry of a record's list: one part's particles in a voxel where several parts meet.
+struct ListedRecord {
+    VoxelRecord record;
+    float density;
+    std::int32_t part;
+};
+
 /// How much light the fibres or sheets of a voxel stop, over what they would stop if they had every
 /// direction (MODEL sections 3 and 8): sqrt(a + b c^2), where c is the cosine of the ray with their
 /// mean tangent or normal. The mean over all rays is 1 for every spread.

@@ -30,30 +30,48 @@ void VoxelTree::setTransform(const openvdb::math::Transform& transform)
     m_origin = transform.indexToWorld(Vec3d(-0.5));
 }
 
-void VoxelTree::countBefore(Leaf& leaf)
+VoxelTree::VoxelTree(std::shared_ptr<const TileMaker> maker, std::shared_ptr<TileBudget> budget)
 {
-    for (int w = 1; w < 8; ++w)
-        leaf.before[w] = std::uint16_t(leaf.before[w - 1] + __builtin_popcountll(leaf.mask[w - 1]));
+    for (const PartInfo& part : maker->parts()) {
+        m_parts.push_back({part.material, part.kind});
+        m_directed |= part.has_direction;
+    }
+    setTransform(maker->transform());
+    m_bounds = maker->bounds();
+    m_tiles = std::make_unique<TileStore>(std::move(maker), std::move(budget));
+    m_at = m_tiles->tables();
 }
 
 void VoxelTree::finish(const std::vector<std::uint64_t>& uses)
 {
     for (std::size_t i = 0; i < m_leaves.size(); ++i) {
         const Leaf& l = m_leaves[i];
-        m_voxel_count +=
-            uses[i] * (l.uniform ? kLeafSize : l.before[7] + __builtin_popcountll(l.mask[7]));
+        m_voxel_count += uses[i] * std::uint64_t(l.uniform ? kLeafSize : l.count());
         m_directed |= l.directed;
     }
     for (const float density : m_density) m_max_density = std::max(m_max_density, density);
+    m_at = {m_leaves.data(), m_density.data(), m_records.data(), m_listed.data(),
+            m_scatter_ratio.empty() ? nullptr : m_scatter_ratio.data()};
+}
+
+std::uint64_t VoxelTree::voxelCount() const
+{
+    return m_tiles ? m_tiles->voxelCount() : m_voxel_count;
+}
+
+std::size_t VoxelTree::leafCount() const
+{
+    return m_tiles ? m_tiles->leafCount() : m_leaves.size();
 }
 
 Vec3d VoxelTree::toCorner(const Vec3d& p) const { return m_rotation * (p - m_origin) / m_voxel; }
 
 std::size_t VoxelTree::memoryBytes() const
 {
+    if (m_tiles) return m_tiles->memoryBytes();
     return m_places.memoryBytes() + m_leaves.size() * sizeof(Leaf)
         + m_density.size() * sizeof(float) + m_records.size() * sizeof(VoxelRecord)
-        + m_shared.size() * sizeof(Shared) + m_scatter_ratio.size() * sizeof(ScatterRatio);
+        + m_listed.size() * sizeof(ListedRecord) + m_scatter_ratio.size() * sizeof(ScatterRatio);
 }
 
 double VoxelTree::directionFactor(const VoxelContent& content, const Vec3d& d) const
@@ -66,8 +84,8 @@ double VoxelTree::directionFactor(const VoxelContent& content, const Vec3d& d) c
 double VoxelTree::sharedFactor(const VoxelRecord& record, const Vec3d& d) const
 {
     double sum = 0, weighted = 0;
-    const Shared* entry = &m_shared[record.listStart()];
-    for (const Shared* end = entry + record.listCount(); entry != end; ++entry) {
+    const ListedRecord* entry = m_at.listed + record.listStart();
+    for (const ListedRecord* end = entry + record.listCount(); entry != end; ++entry) {
         sum += entry->density;
         weighted += entry->density * recordFactor(entry->record, entry->part, d);
     }

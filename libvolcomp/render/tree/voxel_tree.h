@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,26 +18,22 @@
 #include "volcomp/base/vec.h"
 #include "volcomp/volume/coarser_voxel.h"
 #include "volcomp/render/tree/node_table.h"
+#include "volcomp/render/tree/tile_store.h"
+#include "volcomp/render/tree/tree_leaf.h"
 #include "volcomp/render/tree/voxel_record.h"
 #include "volcomp/volume/block_source.h"
 #include "volcomp/volume/material.h"
+#include "volcomp/volume/tile_maker.h"
 
 namespace volcomp {
 
-/// A volume to send rays through; immutable. It can be moved, but not copied.
+/// A volume to send rays through. Rays see the same whatever was asked before; a tree of a
+/// TileMaker makes its leaves when they are first asked for. It can be moved, but not copied.
 class VoxelTree {
 public:
     static constexpr int kEmpty = NodeTable::kEmpty;
 
-    /// 8^3 voxels: which hold particles, and where their records begin.
-    struct Leaf {
-        VoxelMask mask{};                      ///< voxels of density > 0
-        std::array<std::uint16_t, 8> before{}; ///< voxels in the words before
-        std::uint32_t first = 0;               ///< record of the first voxel
-        float colour_scale = 1;                ///< brightest component of its colours
-        bool uniform = false;                  ///< all voxels have the first record
-        bool directed = false; ///< some voxel's extinction depends on the ray's direction
-    };
+    using Leaf = TreeLeaf;
 
     /// Takes all blocks of a source, on all threads; the result does not depend on their number.
     /// The peak of memory is the tree and what the source holds. Throws Error if a density is not
@@ -45,6 +42,11 @@ public:
     explicit VoxelTree(const BlockSource& source, const Progress& progress = {});
     /// The same for a volume in memory, which stays as it is.
     explicit VoxelTree(const Volume& volume);
+    /// A tree whose leaves are made when node(), leafIn() or leafAt() ask for them, tile by tile,
+    /// from any thread. They stay, and count in the budget, which must not be null; once that is
+    /// spent, asking throws Error. Leaves are numbered in the order in which they are made;
+    /// everything else depends on the maker alone. The constructor throws as the others do.
+    VoxelTree(std::shared_ptr<const TileMaker> maker, std::shared_ptr<TileBudget> budget);
 
     VoxelTree(VoxelTree&&) = default;
     VoxelTree& operator=(VoxelTree&&) = default;
@@ -67,16 +69,19 @@ public:
     };
     const std::vector<Part>& parts() const { return m_parts; }
 
-    bool empty() const { return m_leaves.empty(); }
-    double voxelSize() const { return m_voxel; }               ///< edge, world units
-    std::uint64_t voxelCount() const { return m_voxel_count; } ///< of density > 0, tiles included
-    std::size_t leafCount() const { return m_leaves.size(); }
+    bool empty() const { return m_bounds.empty(); }
+    double voxelSize() const { return m_voxel; } ///< edge, world units
+    /// Of density > 0, tiles included; with a maker, and in the next two, those made so far.
+    std::uint64_t voxelCount() const;
+    std::size_t leafCount() const;
     std::size_t memoryBytes() const; ///< of all tables
+    /// The store that makes the leaves; null if all are there.
+    const TileStore* tiles() const { return m_tiles.get(); }
     /// Voxels from lowest to highest, inclusive; whole leaves.
     const openvdb::CoordBBox& bounds() const { return m_bounds; }
     const Vec3d& origin() const { return m_origin; } ///< world position of corner coordinates 0
     bool isDirected() const { return m_directed; }
-    float maxDensity() const { return m_max_density; } ///< of all parts together
+    float maxDensity() const { return m_max_density; } ///< of all parts together; 0 with a maker
 
     /// Corner coordinates: voxel (i,j,k) is the cube [i,i+1) x [j,j+1) x [k,k+1), one unit a voxel,
     /// axes of the grid.
@@ -93,14 +98,24 @@ public:
     }
 
     /// The number of the node that holds voxel (x,y,z), or kEmpty.
-    int node(int x, int y, int z) const { return m_places.node(x, y, z); }
+    int node(int x, int y, int z) const
+    {
+        return m_tiles ? m_tiles->node(x, y, z) : m_places.node(x, y, z);
+    }
     /// The number of the leaf that holds voxel (x,y,z), which lies in this node, or kEmpty.
-    int leafIn(int node, int x, int y, int z) const { return m_places.leafIn(node, x, y, z); }
+    int leafIn(int node, int x, int y, int z) const
+    {
+        return m_tiles ? m_tiles->leafIn(node, x, y, z) : m_places.leafIn(node, x, y, z);
+    }
     /// The number of the leaf that holds voxel (x,y,z), or kEmpty.
-    int leafAt(int x, int y, int z) const { return m_places.leafAt(x, y, z); }
-    const Leaf& leaf(int index) const { return m_leaves[index]; }
+    int leafAt(int x, int y, int z) const
+    {
+        const int n = node(x, y, z);
+        return n == kEmpty ? kEmpty : leafIn(n, x, y, z);
+    }
+    const Leaf& leaf(int index) const { return m_at.leaves[index]; }
     /// 512 densities of all parts together, 1 / world length, by offset().
-    const float* densities(int leaf) const { return &m_density[std::size_t(leaf) * kLeafSize]; }
+    const float* densities(int leaf) const { return m_at.density + std::size_t(leaf) * kLeafSize; }
     /// The place of voxel (x,y,z) in its leaf; "voxel" below.
     static int offset(int x, int y, int z) { return numberInLeaf(x, y, z); }
     float density(int x, int y, int z) const
@@ -109,34 +124,27 @@ public:
         return l == kEmpty ? 0 : densities(l)[offset(x, y, z)];
     }
 
-    /// Calls f(origin, leaf) for every place of 8^3 voxels that has a leaf, in a fixed order.
+    /// Calls f(origin, leaf) for every place of 8^3 voxels that has a leaf, in a fixed order; with
+    /// a maker those that are there, in any order.
     template <class F>
     void forEachCell(F&& f) const
     {
-        m_places.forEachPlace(f);
-    }
-
-    /// The number of a voxel's record; the voxel must have density > 0.
-    std::uint32_t recordIndex(const Leaf& l, int voxel) const
-    {
-        if (l.uniform) return l.first;
-        const int word = voxel >> 6;
-        const std::uint64_t lower = l.mask[word] & ((std::uint64_t(1) << (voxel & 63)) - 1);
-        return l.first + l.before[word] + std::uint32_t(__builtin_popcountll(lower));
+        if (m_tiles) m_tiles->forEachPlace(f);
+        else m_places.forEachPlace(f);
     }
 
     /// Calls f(const VoxelContent&) for each part in a voxel of density > 0.
     template <class F>
     void contents(int leaf, int voxel, F&& f) const
     {
-        const Leaf& l = m_leaves[leaf];
-        const VoxelRecord record = m_records[recordIndex(l, voxel)];
+        const Leaf& l = m_at.leaves[leaf];
+        const VoxelRecord record = m_at.records[l.recordIndex(voxel)];
         if (!record.isList()) {
             f(record.content(densities(leaf)[voxel], l.colour_scale));
             return;
         }
-        const Shared* entry = &m_shared[record.listStart()];
-        for (const Shared* end = entry + record.listCount(); entry != end; ++entry) {
+        const ListedRecord* entry = m_at.listed + record.listStart();
+        for (const ListedRecord* end = entry + record.listCount(); entry != end; ++entry) {
             VoxelContent content = entry->record.content(entry->density, l.colour_scale);
             content.part = entry->part;
             f(content);
@@ -149,7 +157,7 @@ public:
     /// direction. The voxel must have density > 0.
     double directionFactor(int leaf, int voxel, const Vec3d& d_world) const
     {
-        const VoxelRecord record = m_records[recordIndex(m_leaves[leaf], voxel)];
+        const VoxelRecord record = m_at.records[m_at.leaves[leaf].recordIndex(voxel)];
         if (!record.isList()) return recordFactor(record, record.part(), d_world);
         return sharedFactor(record, d_world);
     }
@@ -160,14 +168,14 @@ public:
     /// nor has some from its source.
     ScatterRatio scatterRatio(int leaf, int voxel) const
     {
-        return m_scatter_ratio.empty() ? kHomogeneous
-                                       : m_scatter_ratio[recordIndex(m_leaves[leaf], voxel)];
+        return m_at.scatter_ratio ? m_at.scatter_ratio[m_at.leaves[leaf].recordIndex(voxel)]
+                                  : kHomogeneous;
     }
     /// The same for an eye in direction V and light from direction L, unit length.
     double scatterRatio(int leaf, int voxel, const Vec3d& V, const Vec3d& L) const
     {
-        if (m_scatter_ratio.empty()) return 1;
-        const ScatterRatio& s = m_scatter_ratio[recordIndex(m_leaves[leaf], voxel)];
+        if (!m_at.scatter_ratio) return 1;
+        const ScatterRatio& s = m_at.scatter_ratio[m_at.leaves[leaf].recordIndex(voxel)];
         const double cosine = V.dot(L);
         return s[1] + std::abs(cosine) * (s[cosine > 0 ? 0 : 2] - s[1]);
     }
@@ -177,15 +185,8 @@ private:
     class Builder;   // from a source
     class Coarsener; // from a finer tree
 
-    // An entry of a record's list: one part's particles in a voxel where several parts meet.
-    struct Shared {
-        VoxelRecord record;
-        float density;
-        std::int32_t part;
-    };
     void setTransform(const openvdb::math::Transform& transform);
-    static void countBefore(Leaf& leaf);
-    // Sums over all leaves; `uses` is how many places have the leaf.
+    // Sums over all leaves, and lets rays read them; `uses` is how many places have the leaf.
     void finish(const std::vector<std::uint64_t>& uses);
     double recordFactor(const VoxelRecord& record, int part, const Vec3d& d) const
     {
@@ -195,6 +196,8 @@ private:
     }
     double sharedFactor(const VoxelRecord& record, const Vec3d& d) const;
 
+    LeafTables m_at; ///< where rays read: in the vectors below, or in m_tiles
+    std::unique_ptr<TileStore> m_tiles;
     double m_voxel = 1;
     Vec3d m_origin{0.0};
     openvdb::math::Mat3d m_rotation; ///< world to grid axes
@@ -203,7 +206,7 @@ private:
     std::vector<Leaf> m_leaves;
     std::vector<float> m_density; ///< 512 a leaf
     std::vector<VoxelRecord> m_records;
-    std::vector<Shared> m_shared;
+    std::vector<ListedRecord> m_listed;
     std::vector<ScatterRatio> m_scatter_ratio; ///< by record; of coarser trees
     std::vector<Part> m_parts;
     std::vector<std::string> m_warnings;

@@ -20,38 +20,11 @@ namespace {
 
 using openvdb::Coord;
 
-// The brightest of the finite components.
-float brightest(const Vec3f& c)
-{
-    float most = 0;
-    for (int i = 0; i < 3; ++i)
-        if (std::isfinite(c[i])) most = std::max(most, c[i]);
-    return most;
-}
-
-// Calls f(voxel, k) for the voxels of a mask in order; k counts them.
-template <class F>
-void forEachVoxel(const VoxelMask& mask, F&& f)
-{
-    std::size_t k = 0;
-    for (int word = 0; word < 8; ++word)
-        for (std::uint64_t left = mask[word]; left; left &= left - 1)
-            f(word << 6 | __builtin_ctzll(left), k++);
-}
-
 int countOf(const VoxelMask& mask)
 {
     int count = 0;
     for (const std::uint64_t word : mask) count += __builtin_popcountll(word);
     return count;
-}
-
-Error badDensity(const PartInfo& part, const Coord& leaf, int voxel, float density)
-{
-    return Error("grid '" + part.grid + "', voxel (" + std::to_string(leaf.x() + (voxel >> 6))
-                 + ", " + std::to_string(leaf.y() + (voxel >> 3 & 7)) + ", "
-                 + std::to_string(leaf.z() + (voxel & 7))
-                 + "): expected a finite density >= 0, found " + fmt::format("{:g}", density));
 }
 
 // Leaves the voxels of a mask out, whose numbers in the lists are `keep`.
@@ -88,7 +61,7 @@ void dropNegative(const Coord& leaf, std::size_t number, PartVoxels& part, Negat
         return;
     VoxelMask mask{};
     std::vector<std::size_t> keep;
-    forEachVoxel(part.mask, [&](int n, std::size_t k) {
+    forEachVoxelOf(part.mask, [&](int n, std::size_t k) {
         const float density = PartVoxels::at(part.density, k, 0.0f);
         if (density < 0 && std::isfinite(density)) {
             found.add({density, leaf, n, number});
@@ -113,7 +86,10 @@ void dropNegative(const Coord& leaf, std::size_t number, PartVoxels& part, Negat
 // free it on the way.
 class VoxelTree::Builder {
 public:
-    Builder(VoxelTree& tree, const BlockSource& source) : m_tree(tree), m_source(source) { }
+    Builder(VoxelTree& tree, const BlockSource& source)
+        : m_tree(tree), m_source(source), m_filler(source.parts())
+    {
+    }
 
     void run(const Progress& progress)
     {
@@ -138,7 +114,6 @@ private:
         std::uint64_t uses;      // places that have the leaf
         std::uint32_t first = 0; // of the list entries that it may need
     };
-    using Counts = std::array<std::uint16_t, kLeafSize>; // parts in each voxel
 
     std::size_t partCount() const { return m_source.parts().size(); }
 
@@ -246,7 +221,7 @@ private:
         if (std::max(records, entries) >> 32)
             throw Error("the volume has more voxels than 2^32; use a larger voxel");
         m_tree.m_records.resize(records);
-        m_tree.m_shared.resize(entries);
+        m_tree.m_listed.resize(entries);
         if (std::any_of(m_source.parts().begin(), m_source.parts().end(),
                         [](const PartInfo& part) { return part.has_scatter_ratio; }))
             m_tree.m_scatter_ratio.resize(records, kHomogeneous);
@@ -283,7 +258,7 @@ private:
                               Negative negative;
                               for (std::size_t i = range.begin(); i < range.end(); ++i) {
                                   take(m_places[i].origin, voxels, negative);
-                                  fillRecords(i, voxels, fillDensity(i, voxels));
+                                  fillLeaf(i, voxels);
                               }
                               const std::lock_guard<std::mutex> lock(mutex);
                               m_negative.add(negative);
@@ -292,78 +267,22 @@ private:
                           });
     }
 
-    // Sums the parts' densities and sets all of the leaf but its records. Returns how many parts
-    // are in each voxel.
-    Counts fillDensity(std::size_t index, const BlockVoxels& voxels)
+    void fillLeaf(std::size_t index, const BlockVoxels& voxels)
     {
-        Counts count{};
         Leaf& l = m_tree.m_leaves[index];
-        float* sum = &m_tree.m_density[index * kLeafSize];
+        float* const density = &m_tree.m_density[index * kLeafSize];
         l.uniform = m_places[index].tile;
-        l.colour_scale = 0;
-        for (std::size_t p = 0; p < voxels.size(); ++p) {
-            const PartVoxels& part = voxels[p];
-            forEachVoxel(part.mask, [&](int n, std::size_t k) {
-                const float density = PartVoxels::at(part.density, k, 0.0f);
-                sum[n] += density;
-                for (const float value : {density, sum[n]})
-                    if (!(value >= 0) || !std::isfinite(value))
-                        throw badDensity(m_source.parts()[p], m_places[index].origin, n, value);
-                ++count[n];
-            });
-            for (const Vec3f& colour : part.colour)
-                l.colour_scale = std::max(l.colour_scale, brightest(colour));
-        }
-        for (int n = 0; n < kLeafSize; ++n)
-            if (sum[n] > 0) l.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
-        countBefore(l);
-        return count;
-    }
-
-    // A volume of more parts than a record can name keeps all of its voxels in lists.
-    bool needsList(int parts_here) const
-    {
-        return parts_here > 1 || (partCount() > VoxelRecord::kMostParts && parts_here > 0);
-    }
-
-    void fillRecords(std::size_t index, const BlockVoxels& voxels, const Counts& count)
-    {
-        Leaf& l = m_tree.m_leaves[index];
-        std::array<std::uint32_t, kLeafSize> cursor{};
-        std::uint32_t next = m_places[index].first;
-        for (int n = 0; n < (l.uniform ? 1 : kLeafSize); ++n) {
-            if (!needsList(count[n])) continue;
-            cursor[n] = next;
-            m_tree.m_records[m_tree.recordIndex(l, n)] = VoxelRecord::list(next, count[n]);
-            next += count[n];
-        }
-        for (std::size_t p = 0; p < voxels.size(); ++p) {
-            const PartVoxels& part = voxels[p];
-            forEachVoxel(part.mask, [&](int n, std::size_t k) {
-                if (l.uniform && n > 0) return;
-                const VoxelRecord record(PartVoxels::at(part.direction, k, Vec3f(0.0f)),
-                                         PartVoxels::at(part.colour, k, Vec3f(1.0f)),
-                                         l.colour_scale, int(p),
-                                         PartVoxels::at(part.own_share, k, 0.0f));
-                l.directed |= record.directed();
-                const std::uint32_t at = m_tree.recordIndex(l, n);
-                if (needsList(count[n]))
-                    m_tree.m_shared[cursor[n]++] = {record, PartVoxels::at(part.density, k, 0.0f),
-                                                    std::int32_t(p)};
-                else m_tree.m_records[at] = record;
-                if (part.scatter_ratio.empty()) return;
-                const Vec3f& s = PartVoxels::at(part.scatter_ratio, k, Vec3f(1.0f));
-                // The mean over the parts, weighed by their density; 1 where a part has none.
-                const float w = PartVoxels::at(part.density, k, 0.0f)
-                    / m_tree.m_density[index * kLeafSize + std::size_t(n)];
-                for (std::size_t i = 0; i < 3; ++i)
-                    m_tree.m_scatter_ratio[at][i] += w * (s[int(i)] - 1);
-            });
-        }
+        const LeafFiller::Counts count =
+            m_filler.sumDensities(voxels, m_places[index].origin, l, density);
+        m_filler.writeRecords(voxels, count,
+                              {l, density, m_tree.m_records.data(), m_tree.m_listed.data(),
+                               m_tree.m_scatter_ratio.data()},
+                              m_places[index].first);
     }
 
     VoxelTree& m_tree;
     const BlockSource& m_source;
+    const LeafFiller m_filler;
     std::vector<Place> m_places; // by leaf
     std::map<std::vector<std::uint32_t>, int> m_tile_leaves;
     std::map<int, int> m_tile_tables; // of nodes that are one tile, by its leaf

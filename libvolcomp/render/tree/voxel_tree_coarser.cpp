@@ -105,7 +105,7 @@ private:
     struct Filled { // what a leaf adds to the tables; its lists are counted from its first entry
         std::vector<VoxelRecord> records;
         std::vector<ScatterRatio> scatter_ratio;
-        std::vector<Shared> shared;
+        std::vector<ListedRecord> shared;
     };
     using LeafRatios = std::array<ScatterRatio, kLeafSize>;
 
@@ -161,7 +161,7 @@ private:
         LeafRatios ratios;
         for (int octant = 0; octant < 8; ++octant)
             if (octants[octant] != kEmpty) fillOctant(index, octant, ratios);
-        countBefore(leaf);
+        leaf.countBefore();
         Filled filled;
         std::vector<Entry> entries;
         std::vector<PartSum> sums;
@@ -280,14 +280,14 @@ private:
     void append(std::size_t index, const Filled& filled)
     {
         m_tree.m_leaves[index].first = std::uint32_t(m_tree.m_records.size());
-        const auto lists_before = std::uint32_t(m_tree.m_shared.size());
+        const auto lists_before = std::uint32_t(m_tree.m_listed.size());
         for (const VoxelRecord record : filled.records)
             m_tree.m_records.push_back(record.isList() ? VoxelRecord::list(
                                            record.listStart() + lists_before, record.listCount())
                                                        : record);
         m_tree.m_scatter_ratio.insert(m_tree.m_scatter_ratio.end(), filled.scatter_ratio.begin(),
                                       filled.scatter_ratio.end());
-        m_tree.m_shared.insert(m_tree.m_shared.end(), filled.shared.begin(), filled.shared.end());
+        m_tree.m_listed.insert(m_tree.m_listed.end(), filled.shared.begin(), filled.shared.end());
     }
 
     VoxelTree& m_tree;
