@@ -55,6 +55,8 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
         job.sweeper = std::make_unique<Sweeper>(*this, job.field, lights[job.light], seen);
         if (!job.sweeper->prepare()) job.sweeper.reset();
     });
+    for (Job& job : jobs)
+        if (job.sweeper) job.sweeper->sortMade();
     tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) {
         if (jobs[i].sweeper) jobs[i].sweeper->run();
     });

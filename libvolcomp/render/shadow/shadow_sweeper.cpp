@@ -31,12 +31,15 @@ bool ShadowSweep::Sweeper::prepare()
     return true;
 }
 
+void ShadowSweep::Sweeper::sortMade()
+{
+    if (!m_tree.tiles()) return;
+    sortLeaves();
+    visitCells();
+}
+
 void ShadowSweep::Sweeper::run()
 {
-    if (m_tree.tiles()) { // with what was made since
-        sortLeaves();
-        visitCells();
-    }
     m_bundles.resize(m_all.size());
     if (m_sweep.m_directed) m_effective_of.assign(m_tree.leafCount(), -1);
     for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {

@@ -27,7 +27,9 @@ public:
     /// Finds what is asked for. A tree that is made on the way makes what lies before it. Returns
     /// false if no leaf asks for the field's light.
     bool prepare();
-    /// Fills the field; prepare() comes first, and nobody makes leaves meanwhile.
+    /// Takes in what was made since. All fields are prepared, and nobody makes leaves meanwhile.
+    void sortMade();
+    /// Fills the field; sortMade() of all fields comes first.
     void run();
 
 private:

@@ -189,7 +189,8 @@ bool ShadowSweep::Sweeper::fill(int layer, const LeafRange& range, float* strip)
         for (int j = 0; j < range.count[1]; ++j) {
             const int leaf = leaves[i][j];
             const float* from = leaf == VoxelTree::kEmpty ? nullptr : m_tree.densities(leaf);
-            if (from && m_sweep.m_directed && m_effective_of[leaf] >= 0)
+            if (from && m_sweep.m_directed && std::size_t(leaf) < m_effective_of.size()
+                && m_effective_of[leaf] >= 0)
                 from = &m_effective[std::size_t(m_effective_of[leaf]) * kLeafVoxels];
             copyLeaf(from, a, row_stride, slice_stride,
                      strip + i * kLeafDim * row_stride + j * kLeafDim);
