@@ -38,9 +38,10 @@ public:
     CameraRay ray(double x, double y) const { return m_rays.ray(x, y); }
     /// LevelOfDetail::trace().
     RaySample trace(const CameraRay& ray, Integrator::Scratch& scratch,
-                    std::optional<SeenSkin>* seen = nullptr, int light_part = 0) const
+                    std::optional<SeenSkin>* seen = nullptr, int light_part = 0,
+                    double shift = 1) const
     {
-        return m_tracer.trace(ray.origin, ray.direction, scratch, seen, light_part);
+        return m_tracer.trace(ray.origin, ray.direction, scratch, seen, light_part, shift);
     }
     int lightParts() const { return m_tracer.lightParts(); }
     std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }

@@ -98,7 +98,8 @@ void TileRenderer::addSample(int x, int y, int s, Integrator::Scratch& scratch)
     const CameraRay ray = m_tracer.ray(at[0], at[1]);
     scratch.sample = sampleNumber(params, crop.x + x, crop.y + y, s);
     const int part = lightPart(crop.x + x, crop.y + y, s, params.samples, m_tracer.lightParts());
-    const RaySample sample = m_tracer.trace(ray, scratch, nullptr, part);
+    const double shift = levelShift(crop.x + x, crop.y + y, s, params.samples);
+    const RaySample sample = m_tracer.trace(ray, scratch, nullptr, part, shift);
     const double clear = scratch.haze.transmittance(kInfinity),
                  behind = sample.transmittance * clear;
     const Vec3d background = m_has_background && behind > 0

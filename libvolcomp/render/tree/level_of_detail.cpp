@@ -9,8 +9,24 @@
 
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
+#include "volcomp/base/random.h"
 
 namespace volcomp {
+
+namespace {
+
+constexpr double kMostShift = 1.4142135623730951;
+
+} // namespace
+
+double levelShift(int x, int y, int sample, int samples)
+{
+    if (samples <= 1) return 1;
+    const std::uint64_t pixel = std::uint64_t(std::uint32_t(y)) << 32 | std::uint32_t(x);
+    const auto turned =
+        (std::uint64_t(sample) + (mix64(pixel ^ 0x6c6576656cULL) >> 8)) % std::uint64_t(samples);
+    return std::exp2((double(turned) + 0.5) / samples - 0.5);
+}
 
 LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
                              const std::vector<Material>& part_materials,
@@ -83,7 +99,8 @@ std::shared_ptr<const Openness> LevelOfDetail::opennessAround(const Level& level
 
 // Marks what a ray sees of the levels: the volume as far as a skin, and the leaf in which that
 // lies.
-void LevelOfDetail::markLeaves(const CameraRay& ray, std::vector<std::vector<float>>& seen) const
+void LevelOfDetail::markLeaves(const CameraRay& ray, double shift,
+                               std::vector<std::vector<float>>& seen) const
 {
     std::optional<SkinTracer::Meeting> skin;
     if (m_skins) skin = m_skins->meeting(ray.origin, ray.direction, 0, kInfinity);
@@ -92,10 +109,11 @@ void LevelOfDetail::markLeaves(const CameraRay& ray, std::vector<std::vector<flo
     std::size_t last = 0;
     for (std::size_t n = 0; n < m_levels.size(); ++n) {
         const Level& l = m_levels[n];
-        if (l.start >= end) break;
+        const double from = shift * l.start;
+        if (from >= end) break;
         last = n;
-        depth = l.integrator->markLeaves(ray.origin, ray.direction, l.start, std::min(l.end, end),
-                                         depth, seen[n]);
+        depth = l.integrator->markLeaves(ray.origin, ray.direction, from,
+                                         std::min(shift * l.end, end), depth, seen[n]);
         if (depth >= l.integrator->darkest()) return;
     }
     const VoxelTree& tree = *m_levels[last].tree;
@@ -117,8 +135,14 @@ void LevelOfDetail::mark(const CameraRays& rays, const Crop& crop)
     for (std::size_t n = 0; n < none.size(); ++n) none[n].resize(m_levels[n].tree->leafCount(), 0);
     tbb::enumerable_thread_specific<std::vector<std::vector<float>>> local(none);
     tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
-        for (int x = 0; x < crop.width; x += 2)
-            markLeaves(rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5), local.local());
+        for (int x = 0; x < crop.width; x += 2) {
+            const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
+            if (m_params.samples <= 1 || m_levels.size() == 1 || !m_levels[0].around)
+                markLeaves(ray, 1, local.local());
+            else
+                for (const double shift : {1 / kMostShift, kMostShift})
+                    markLeaves(ray, shift, local.local());
+        }
     });
     for (const auto& by_level : local)
         for (std::size_t n = 0; n < m_levels.size(); ++n) {
@@ -143,7 +167,7 @@ void LevelOfDetail::sweep(Level& level)
 
 RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
                                Integrator::Scratch& scratch, std::optional<SeenSkin>* seen,
-                               int part) const
+                               int part, double shift) const
 {
     RaySample sample;
     ++scratch.counts.rays;
@@ -152,10 +176,12 @@ RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
     std::optional<SkinHit> skin;
     if (m_skins) skin = m_skins->hit(origin, direction);
     const double end = skin ? skin->distance : kInfinity;
+    if (!m_levels.front().around) shift = 1;
     const Level* last = &m_levels.front();
     for (const Level& l : m_levels) {
-        if (l.start > 0 && (sample.transmittance < m_params.cutoff || l.start >= end)) break;
-        l.byPart(part).traceFurther(sample, origin, direction, l.start, std::min(l.end, end),
+        const double from = shift * l.start;
+        if (from > 0 && (sample.transmittance < m_params.cutoff || from >= end)) break;
+        l.byPart(part).traceFurther(sample, origin, direction, from, std::min(shift * l.end, end),
                                     scratch);
         last = &l;
     }

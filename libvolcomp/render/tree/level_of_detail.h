@@ -24,6 +24,11 @@
 
 namespace volcomp {
 
+/// By what the distances at which levels meet are multiplied for one of a pixel's samples,
+/// 1/sqrt(2) to sqrt(2): one level goes over to the next within an octave of distance, a step with
+/// each sample, so that nothing pops. 1 if there is one sample.
+double levelShift(int x, int y, int sample, int samples);
+
 /// Integrators for the levels of a volume. It can be neither copied nor moved, as the integrators
 /// refer to it. trace() may be called from several threads at once.
 class LevelOfDetail {
@@ -40,9 +45,10 @@ public:
 
     /// As Integrator::trace(), from the level of each distance, as far as a skin; then the skin.
     /// `seen`, if not null, becomes what was added of that, if anything. `part` is that of the
-    /// soft lights by which the ray sees, 0 to lightParts() - 1.
+    /// soft lights by which the ray sees, 0 to lightParts() - 1. Levels meet at their distances
+    /// times `shift`, levelShift().
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Integrator::Scratch& scratch,
-                    std::optional<SeenSkin>* seen = nullptr, int part = 0) const;
+                    std::optional<SeenSkin>* seen = nullptr, int part = 0, double shift = 1) const;
     int lightParts() const { return m_soft.parts(); }
 
     std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
@@ -65,7 +71,8 @@ private:
     void makeOpenness(const Vec3d& eye);
     std::shared_ptr<const Openness> opennessAround(const Level& level, const Vec3d& eye) const;
     void mark(const CameraRays& rays, const Crop& crop);
-    void markLeaves(const CameraRay& ray, std::vector<std::vector<float>>& seen) const;
+    void markLeaves(const CameraRay& ray, double shift,
+                    std::vector<std::vector<float>>& seen) const;
     void sweep(Level& level);
 
     std::vector<Material> m_materials;

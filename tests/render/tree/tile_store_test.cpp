@@ -2,12 +2,15 @@
 // Trees whose tiles are made when rays ask for them, against trees that are complete.
 #include "volcomp/render/tree/tile_store.h"
 
+#include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include <gtest/gtest.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/random.h"
+#include "volcomp/render/picture_tracer.h"
 #include "volcomp/render/render.h"
 #include "volcomp/render/tree/voxel_levels.h"
 #include "volcomp/render/tree/voxel_tree.h"
@@ -230,6 +233,68 @@ TEST(TileStore, LevelsMeetInTheirDistances)
     EXPECT_EQ(levelsNeeded(0.5, 499, camera, params, 2), 1);
     EXPECT_EQ(levelsNeeded(0.5, 501, camera, params, 2), 2);
     EXPECT_EQ(levelsNeeded(0.5, 10000, camera, params, 2), 6);
+}
+
+// However a ray is cut into levels, it meets all of a homogeneous fog, and all of it once.
+TEST(TileStore, LevelsNeitherMissNorRepeat)
+{
+    constexpr double kEdge = 64, kDensity = 0.03;
+    std::vector<std::shared_ptr<const TileMaker>> makers;
+    for (const double voxel : {0.5, 1.0, 2.0, 4.0}) {
+        Volume volume;
+        volume.parts.push_back(emptyPart(voxel));
+        volume.parts[0].density->setTransform(
+            openvdb::math::Transform::createLinearTransform(voxel));
+        volume.parts[0].density->transform().postTranslate(Vec3d(0.5 * voxel));
+        const int last = int(kEdge / voxel) - 1;
+        volume.parts[0].density->denseFill({Coord(0), Coord(last)}, float(kDensity), true);
+        makers.push_back(std::make_shared<VolumeTiles>(volume));
+    }
+    RenderParams params = smallPicture(Shadows::none);
+    params.width = 100;
+    params.tau = 0.7;
+    params.cutoff = 0;
+    Random random(3);
+    for (const Vec3d& eye : {Vec3d(-20, 30, 31), Vec3d(20, 30, 31)}) { // outside, and inside
+        Camera camera;
+        camera.eye = eye;
+        camera.target = {32, 33, 34};
+        camera.field_of_view = 2 * std::atan(0.5);
+        const PictureTracer tracer(tileLevels(makers, gigabyte(), camera, params, 2), materials(),
+                                   camera, {}, params);
+        Integrator::Scratch scratch;
+        for (int i = 0; i < 1000; ++i) {
+            CameraRay ray = tracer.ray(100 * random.uniform(), 44 * random.uniform());
+            if (i % 10 == 0) ray.direction = i % 20 ? Vec3d(1, 0, 0) : Vec3d(1, 1e-4, 0).unit();
+            double start = 0, end = kInfinity;
+            for (int a = 0; a < 3; ++a) {
+                const double d = ray.direction[a], o = ray.origin[a];
+                if (d == 0) continue;
+                start = std::max(start, std::min(-o / d, (kEdge - o) / d));
+                end = std::min(end, std::max(-o / d, (kEdge - o) / d));
+            }
+            const double expected = std::exp(-params.tau * kDensity * std::max(0.0, end - start));
+            for (const double shift : {0.75, 1.0, 1.3})
+                EXPECT_NEAR(tracer.trace(ray, scratch, nullptr, 0, shift).transmittance, expected,
+                            1e-6);
+        }
+    }
+}
+
+TEST(LevelShift, ASamplesStepsFillAnOctaveEvenly)
+{
+    EXPECT_EQ(levelShift(3, 4, 0, 1), 1);
+    for (const int samples : {2, 4, 9}) {
+        std::vector<double> logs;
+        for (int s = 0; s < samples; ++s) logs.push_back(std::log2(levelShift(7, 11, s, samples)));
+        std::sort(logs.begin(), logs.end());
+        for (int s = 0; s < samples; ++s)
+            EXPECT_NEAR(logs[std::size_t(s)], (s + 0.5) / samples - 0.5, 1e-12);
+    }
+    double mean = 0; // of the first sample, over pixels
+    for (int x = 0; x < 100; ++x)
+        for (int y = 0; y < 100; ++y) mean += std::log2(levelShift(x, y, 0, 4)) / 1e4;
+    EXPECT_NEAR(mean, 0, 0.01);
 }
 
 } // namespace volcomp
