@@ -44,6 +44,7 @@ public:
         return m_tracer.trace(ray.origin, ray.direction, scratch, seen, light_part, shift);
     }
     int lightParts() const { return m_tracer.lightParts(); }
+    TileBudget* budget() const { return m_tracer.budget(); } ///< LevelOfDetail::budget()
     std::size_t skinShadowBytes() const { return m_tracer.skinShadowBytes(); }
     std::size_t opennessBytes() const { return m_tracer.opennessBytes(); }
     double opennessSeconds() const { return m_tracer.opennessSeconds(); }

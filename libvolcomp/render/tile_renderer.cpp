@@ -170,13 +170,15 @@ private:
     bool pass(int target)
     {
         std::atomic<bool> left_out{false};
+        TileBudget* const budget = m_tiles.budget();
         tbb::parallel_for(0, m_tiles.tiles(), [&](int tile) {
             if (m_tiles.reached(tile, target)) return;
-            if (pauseDue()) left_out = true;
+            if (pauseDue() || (budget && budget->isFull())) left_out = true;
             else advance(tile, target);
         });
+        if (budget) budget->relieve();
         const bool shows_pass = m_watch && m_watch->preview && target != m_samples;
-        if (m_watch && m_watch->update && (left_out || shows_pass)) {
+        if (m_watch && m_watch->update && ((left_out && pauseDue()) || shows_pass)) {
             m_watch->update(m_tiles.state(), m_tiles.image());
             m_updated = wallSeconds();
         }

@@ -34,6 +34,8 @@ public:
         return m_state.samples[tile] >= target && (m_state.samples[tile] != 0 || target == 0);
     }
 
+    TileBudget* budget() const { return m_tracer.budget(); } ///< LevelOfDetail::budget()
+
     /// Brings a tile to `target` samples, or to kCoarse.
     void advance(int tile, int target, Integrator::Scratch& scratch);
 

@@ -60,8 +60,9 @@ double Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, doubl
             greatest = std::max(greatest, std::exp(-depth) * -std::expm1(-delta));
             depth += delta;
         });
-        if (std::size_t(span.leaf) >= seen.size()) seen.resize(tree.leafCount(), 0);
-        seen[span.leaf] = std::max(seen[span.leaf], float(greatest));
+        const std::size_t place = tree.place(span.node, span.leaf, span.cell);
+        if (place >= seen.size()) seen.resize(tree.placeCount(), 0);
+        seen[place] = std::max(seen[place], float(greatest));
         return depth < darkest();
     });
     return depth;

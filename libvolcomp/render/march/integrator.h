@@ -49,9 +49,9 @@ public:
     const MarchScene& scene() const { return m_scene; }
 
     /// Raises the weights of the leaves that the ray reaches between two distances and before the
-    /// cutoff, as ShadowSweep wants them: `seen` has one for each leaf, the greatest share of a ray
-    /// that shows a voxel of it, and becomes longer if the tree has made more. `depth` is the
-    /// optical depth before; returns that behind.
+    /// cutoff, as ShadowSweep wants them: `seen` has one for each leaf, by VoxelTree::place(), the
+    /// greatest share of a ray that shows a voxel of it, and becomes longer if the tree does.
+    /// `depth` is the optical depth before; returns that behind.
     double markLeaves(const Vec3d& origin, const Vec3d& direction, double from, double to,
                       double depth, std::vector<float>& seen) const;
 

@@ -153,7 +153,7 @@ private:
 
 /// A leaf on the ray. The ray is in it from t to t_end.
 struct LeafSpan {
-    int leaf;
+    int node, leaf;
     const int* cell; ///< lowest voxel of the leaf
     double t, t_end;
     const CellWalk<1>* start; ///< the walk at the first voxel
@@ -175,7 +175,7 @@ void forEachLeaf(const Tree& tree, const MarchRay& r, F&& f)
             const int leaf = tree.leafIn(node, b.cell[0], b.cell[1], b.cell[2]);
             if (leaf == VoxelTree::kEmpty) continue;
             c.startInside(r, b);
-            if (!f(LeafSpan{leaf, b.cell, b.t, std::min(b.end(), end), &c})) return;
+            if (!f(LeafSpan{node, leaf, b.cell, b.t, std::min(b.end(), end), &c})) return;
         }
     }
 }

@@ -33,13 +33,13 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
         std::size_t light;
         int side; // of m_field_of
         Field field;
-        std::unique_ptr<Sweeper> sweeper; // null if no leaf asks for its light
+        bool asked = false; // whether some leaf asks for its light
     };
     std::vector<Job> jobs;
     for (const Light& light : lights) {
         const bool directional = light.kind == LightKind::directional;
         for (int side = 0; side < (directional ? 1 : 6) && !tree.empty(); ++side) {
-            Job& job = jobs.emplace_back(Job{m_directional.size(), side, {}, nullptr});
+            Job& job = jobs.emplace_back(Job{m_directional.size(), side, {}, false});
             job.field.lattice = directional
                 ? LightLattice::parallel(tree.directionToCorner(light.direction), kSpacing)
                 : LightLattice::fan(tree.toCorner(light.position), side / 2, side % 2 ? 1 : -1);
@@ -50,19 +50,14 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
     }
     // Each light waits for all its threads after every layer. Meanwhile they work for another
     // light.
-    tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) {
-        Job& job = jobs[i];
-        job.sweeper = std::make_unique<Sweeper>(*this, job.field, lights[job.light], seen);
-        if (!job.sweeper->prepare()) job.sweeper.reset();
-    });
+    const auto run = [&](Job& job) {
+        job.asked = Sweeper(*this, job.field, lights[job.light], seen).run();
+    };
+    if (tree.tiles())
+        for (Job& job : jobs) run(job); // each may let go of all tiles on its way
+    else tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) { run(jobs[i]); });
     for (Job& job : jobs)
-        if (job.sweeper) job.sweeper->sortMade();
-    tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) {
-        if (jobs[i].sweeper) jobs[i].sweeper->run();
-    });
-    for (Job& job : jobs)
-        if (job.sweeper) {
-            job.sweeper.reset();
+        if (job.asked) {
             m_field_of[job.light][job.side] = int(m_fields.size());
             m_fields.push_back(std::move(job.field));
         }

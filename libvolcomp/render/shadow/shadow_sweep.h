@@ -40,11 +40,12 @@ public:
     /// its greatest transmittance is at least this.
     static constexpr double kFinePatch = 0.065;
 
-    /// `seen` holds for each leaf the greatest weight that one of its voxels has in its pixel, 0 if
-    /// the leaf asks for no light. `extinction` is the optical depth of density 1 over one voxel.
-    /// No light is taken to arrive behind an optical depth of `darkest`. If `directed`, densities
-    /// are multiplied by VoxelTree::directionFactor(). The tree must outlive this; lights and
-    /// `seen` need not.
+    /// `seen` holds for each leaf, by VoxelTree::place(), the greatest weight that one of its
+    /// voxels has in its pixel, 0 if the leaf asks for no light. Tiles that are not there are made
+    /// on the way, and may be let go (TileBudget::relieve()). `extinction` is the optical depth of
+    /// density 1 over one voxel. No light is taken to arrive behind an optical depth of `darkest`.
+    /// If `directed`, densities are multiplied by VoxelTree::directionFactor(). The tree must
+    /// outlive this; lights and `seen` need not.
     ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
                 const std::vector<float>& seen, double extinction, double darkest, bool directed);
 

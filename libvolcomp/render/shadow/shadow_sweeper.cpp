@@ -20,56 +20,59 @@ void forEachBundle(const Rectangle& r, const F& f)
 
 } // namespace
 
-bool ShadowSweep::Sweeper::prepare()
+bool ShadowSweep::Sweeper::run()
 {
     sortLeaves();
     setSpacing();
     visitCells();
     markNeeded();
     if (m_all.empty()) return false;
-    if (m_tree.tiles()) makeWay();
+    if (m_tree.tiles()) findWay();
+    m_bundles.resize(m_all.size());
+    for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {
+        if (m_tree.tiles()) makeWay(layer);
+        if (m_sweep.m_directed) m_effective_of.resize(m_tree.leafCount(), -1);
+        keep(layer);
+        if (layer >= int(m_cells.size())) continue;
+        push(layer);
+        std::vector<Cell>().swap(m_cells[std::size_t(layer)]);
+    }
     return true;
 }
 
-void ShadowSweep::Sweeper::sortMade()
-{
-    if (!m_tree.tiles()) return;
-    sortLeaves();
-    visitCells();
-}
-
-void ShadowSweep::Sweeper::run()
-{
-    m_bundles.resize(m_all.size());
-    if (m_sweep.m_directed) m_effective_of.assign(m_tree.leafCount(), -1);
-    for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {
-        keep(layer);
-        if (layer < int(m_cells.size())) push(layer);
-    }
-}
-
+// Sorts the leaves by layer; of a tree that is made on the way those that ask for light.
 void ShadowSweep::Sweeper::sortLeaves()
 {
     const openvdb::CoordBBox& box = m_tree.bounds();
     const int a = m_lattice.a, layers = (box.max()[a] - box.min()[a] + 1) / kLeafDim;
     m_field.first_s = m_lattice.sign > 0 ? box.min()[a] : -(box.max()[a] + 1.0);
     m_field.planes.resize(layers + 1);
-    m_cells.assign(layers, {});
-    m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
-        const int layer = (origin[a] - box.min()[a]) / kLeafDim;
-        m_cells[m_lattice.sign > 0 ? layer : layers - 1 - layer].push_back(
-            {leaf, origin[m_lattice.b], origin[m_lattice.c], {}});
-    });
+    m_cells.resize(layers);
+    if (m_tree.tiles())
+        m_tree.tiles()->forEachKnownPlace([&](const openvdb::Coord& origin, std::size_t place) {
+            if (place < m_seen.size() && m_seen[place] > 0)
+                addCell(origin, VoxelTree::kEmpty, m_seen[place]);
+        });
+    else
+        m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
+            addCell(origin, leaf, m_tree.leaf(leaf).uniform ? 0 : m_seen[std::size_t(leaf)]);
+        });
+}
+
+void ShadowSweep::Sweeper::addCell(const openvdb::Coord& origin, int leaf, float seen)
+{
+    const int a = m_lattice.a, low = m_tree.bounds().min()[a], layers = int(m_cells.size());
+    const int layer = (origin[a] - low) / kLeafDim;
+    m_cells[std::size_t(m_lattice.sign > 0 ? layer : layers - 1 - layer)].push_back(
+        {leaf, origin[m_lattice.b], origin[m_lattice.c], seen, {}});
 }
 
 // Whether a leaf needs this field's light: it is seen, and some of it lies behind the source,
 // inside the field's pyramid and inside the spot's cone. Uniform leaves stand in more than one
-// place, so they go by rays.
+// place, so they go by rays: their weight is 0.
 bool ShadowSweep::Sweeper::asksForLight(const Cell& cell, int layer) const
 {
-    if (std::size_t(cell.leaf) >= m_seen.size() || !(m_seen[cell.leaf] > 0)
-        || m_tree.leaf(cell.leaf).uniform)
-        return false;
+    if (!(cell.seen > 0)) return false;
     if (!m_lattice.fans) return true;
     const double s = planeAt(layer);
     if (!m_lattice.hasRaysAt(s)) return false;
@@ -167,7 +170,7 @@ void ShadowSweep::Sweeper::markNeeded()
         forEachBundle(cell.bundles, [&](int b, int c) {
             const std::size_t at = p.first + p.bundles.index(b, c);
             m_field.patches[at] = kBright;
-            if (is_behind_plane) m_weights[at] = std::max(m_weights[at], m_seen[cell.leaf]);
+            if (is_behind_plane) m_weights[at] = std::max(m_weights[at], cell.seen);
             m_last[m_all.index(b, c)] = int(plane);
         });
     });

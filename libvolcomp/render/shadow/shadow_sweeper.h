@@ -24,18 +24,14 @@ public:
     {
     }
 
-    /// Finds what is asked for. A tree that is made on the way makes what lies before it. Returns
-    /// false if no leaf asks for the field's light.
-    bool prepare();
-    /// Takes in what was made since. All fields are prepared, and nobody makes leaves meanwhile.
-    void sortMade();
-    /// Fills the field; sortMade() of all fields comes first.
-    void run();
+    /// Fills the field. Returns false, with nothing in it, if no leaf asks for its light.
+    bool run();
 
 private:
     /// A leaf at its place.
     struct Cell {
-        int leaf, b, c;    ///< b and c: of its lowest voxel
+        int leaf, b, c;    ///< b and c: of its lowest voxel; leaf: kEmpty if it is not made yet
+        float seen;        ///< its greatest weight in a pixel
         Rectangle bundles; ///< whose rays pass it, or between whose rays its points lie
         bool asks = false; ///< for light
     };
@@ -65,9 +61,12 @@ private:
     double planeAt(int plane) const { return m_field.first_s + double(kLeafDim) * plane; }
 
     void sortLeaves();
-    void makeWay();
+    void findWay();
     void addNodesToLight(const openvdb::Coord& node, std::set<openvdb::Coord>& nodes) const;
-    void makeWayIn(const openvdb::Coord& node) const;
+    void makeWay(int layer);
+    void makeTiles(const openvdb::Coord& node, int layer) const;
+    int firstLayerOf(const openvdb::Coord& node) const;
+    void addCell(const openvdb::Coord& origin, int leaf, float seen);
     bool asksForLight(const Cell& cell, int layer) const;
     bool mayBeInCone(const Vec3d& from_light) const;
     void setSpacing();
@@ -94,10 +93,14 @@ private:
     Field& m_field;
     LightLattice m_lattice;
     const Light& m_light;
-    const std::vector<float>& m_seen;
+    const std::vector<float>& m_seen;       ///< by VoxelTree::place()
     std::vector<std::vector<Cell>> m_cells; ///< by layer, in the order in which the light comes
-    Rectangle m_all;                        ///< bundles that are asked for on some plane
-    std::vector<int> m_last;                ///< by bundle: the last plane that asks for it
+    /// With a tree that is made on the way: the nodes that light passes, and the first layer of
+    /// each, in the order of these.
+    std::vector<std::pair<int, openvdb::Coord>> m_way;
+    std::size_t m_next_of_way = 0;
+    Rectangle m_all;              ///< bundles that are asked for on some plane
+    std::vector<int> m_last;      ///< by bundle: the last plane that asks for it
     std::vector<float> m_weights; ///< by patch: the greatest `seen` of the leaves behind it
     std::vector<Bundle> m_bundles;
     /// Densities of the layer's leaves under directed extinction: by leaf the number of its 512

@@ -9,11 +9,11 @@
 
 namespace volcomp {
 
-// Makes the tiles that the bundles pass on their way to the leaves that ask for light.
-void ShadowSweep::Sweeper::makeWay()
+// Finds the nodes through which bundles pass on their way to the leaves that ask for light.
+void ShadowSweep::Sweeper::findWay()
 {
     std::set<openvdb::Coord> asking, nodes;
-    for (std::size_t layer = 0; layer < m_cells.size(); ++layer)
+    for (std::size_t layer = 0; layer < m_cells.size(); ++layer) {
         for (const Cell& cell : m_cells[layer]) {
             if (!cell.asks) continue;
             openvdb::Coord leaf;
@@ -23,9 +23,44 @@ void ShadowSweep::Sweeper::makeWay()
             leaf[m_lattice.c] = cell.c;
             asking.insert(leaf & ~(kNodeDim - 1));
         }
+        m_cells[layer].clear();
+    }
     for (const openvdb::Coord& node : asking) addNodesToLight(node, nodes);
-    const std::vector<openvdb::Coord> all(nodes.begin(), nodes.end());
-    tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t i) { makeWayIn(all[i]); });
+    m_way.reserve(nodes.size());
+    for (const openvdb::Coord& node : nodes) m_way.emplace_back(firstLayerOf(node), node);
+    std::sort(m_way.begin(), m_way.end());
+}
+
+// The first layer that lies in a node, before 0 if the volume begins inside of it.
+int ShadowSweep::Sweeper::firstLayerOf(const openvdb::Coord& node) const
+{
+    const int s = m_lattice.sign > 0 ? node[m_lattice.a] : -(node[m_lattice.a] + kNodeDim);
+    return int(std::floor((s - m_field.first_s) / kLeafDim));
+}
+
+// If nodes begin at a layer, makes their tiles that bundles pass, and lists their leaves. All nodes
+// of the layers before are done with then.
+void ShadowSweep::Sweeper::makeWay(int layer)
+{
+    const std::size_t first = m_next_of_way;
+    while (m_next_of_way < m_way.size() && m_way[m_next_of_way].first <= layer) ++m_next_of_way;
+    if (m_next_of_way == first) return;
+    m_tree.tiles()->budget().relieve();
+    std::fill(m_effective_of.begin(), m_effective_of.end(), -1);
+    tbb::parallel_for(first, m_next_of_way,
+                      [&](std::size_t i) { makeTiles(m_way[i].second, m_way[i].first); });
+    for (std::size_t i = first; i < m_next_of_way; ++i) {
+        const openvdb::Coord& node = m_way[i].second;
+        const int table = m_tree.node(node[0], node[1], node[2]);
+        if (table == VoxelTree::kEmpty) continue;
+        m_tree.tiles()->forEachLeafOf(
+            table, [&](int leaf, int n) { addCell(node + leafInNode(n), leaf, 0); });
+    }
+    const std::size_t end = std::min(m_cells.size(), std::size_t(layer + kNodeDim / kLeafDim));
+    tbb::parallel_for(std::size_t(layer), end, [&](std::size_t l) {
+        for (Cell& cell : m_cells[l])
+            cell.bundles = bundlesThrough(cell.b, cell.c, kLeafDim, int(l));
+    });
 }
 
 // Adds the nodes that light passes on its way to a node, and that node.
@@ -72,22 +107,27 @@ void ShadowSweep::Sweeper::addNodesToLight(const openvdb::Coord& node,
     }
 }
 
-// Makes the tiles of a node that pass bundles which something behind them asks for.
-void ShadowSweep::Sweeper::makeWayIn(const openvdb::Coord& node) const
+// Makes the tiles of a node that bundles pass which something behind them asks for. `first_layer`
+// is the node's.
+void ShadowSweep::Sweeper::makeTiles(const openvdb::Coord& node, int first_layer) const
 {
     const int table = m_tree.node(node[0], node[1], node[2]);
     if (table == VoxelTree::kEmpty) return;
     for (int t = 0; t < kTilesOfNode; ++t) {
-        const openvdb::Coord tile =
-            node.offsetBy((t >> 6) * kTileDim, (t >> 3 & 7) * kTileDim, (t & 7) * kTileDim);
-        const int s = m_lattice.sign > 0 ? tile[m_lattice.a] : -(tile[m_lattice.a] + kTileDim);
-        const int layer = int(std::floor((s - m_field.first_s) / kLeafDim));
+        const openvdb::Coord in_node((t >> 6) * kTileDim, (t >> 3 & 7) * kTileDim,
+                                     (t & 7) * kTileDim),
+            tile = node + in_node;
+        const int along = in_node[m_lattice.a],
+                  layer = first_layer
+            + (m_lattice.sign > 0 ? along : kNodeDim - kTileDim - along) / kLeafDim;
         const Rectangle r = bundlesThrough(tile[m_lattice.b], tile[m_lattice.c], kTileDim, layer);
         bool asked = false;
         for (int b = std::max(r.low[0], m_all.low[0]); b <= std::min(r.high[0], m_all.high[0]); ++b)
             for (int c = std::max(r.low[1], m_all.low[1]); c <= std::min(r.high[1], m_all.high[1]);
-                 ++c)
-                asked |= m_last[m_all.index(b, c)] > layer;
+                 ++c) {
+                const std::size_t at = m_all.index(b, c);
+                asked |= m_last[at] > layer && !m_bundles[at].dark;
+            }
         if (asked) m_tree.leafIn(table, tile[0], tile[1], tile[2]);
     }
 }

@@ -2,6 +2,7 @@
 #include "volcomp/render/tree/level_of_detail.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -64,6 +65,7 @@ void LevelOfDetail::makeOpenness(const Vec3d& eye)
     if (m_levels.empty() || !m_levels[0].integrator->scene().wantsOpenness()) return;
     const double start = wallSeconds();
     for (Level& l : m_levels) {
+        if (budget()) budget()->relieve();
         if (l.around || m_openness.empty()) m_openness.push_back(opennessAround(l, eye));
         l.integrator->useOpenness(*m_openness.back());
     }
@@ -121,29 +123,47 @@ void LevelOfDetail::markLeaves(const CameraRay& ray, double shift,
     const Vec3d p = tree.toCorner(ray.origin + ray.direction * skin->distance);
     for (int a = 0; a < 3; ++a)
         if (!(p[a] >= tree.bounds().min()[a] && p[a] < tree.bounds().max()[a] + 1.0)) return;
-    const int leaf =
-        tree.leafAt(int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2])));
+    const int voxel[3] = {floorToInt(p[0]), floorToInt(p[1]), floorToInt(p[2])};
+    const int node = tree.node(voxel[0], voxel[1], voxel[2]);
+    if (node == VoxelTree::kEmpty) return;
+    const int leaf = tree.leafIn(node, voxel[0], voxel[1], voxel[2]);
     if (leaf == VoxelTree::kEmpty) return;
-    if (std::size_t(leaf) >= seen[last].size()) seen[last].resize(tree.leafCount(), 0);
-    seen[last][leaf] = std::max(seen[last][leaf], float(std::exp(-depth)));
+    const std::size_t place = tree.place(node, leaf, voxel);
+    if (place >= seen[last].size()) seen[last].resize(tree.placeCount(), 0);
+    seen[last][place] = std::max(seen[last][place], float(std::exp(-depth)));
 }
 
 // Marks the leaves that rays through every other pixel see.
 void LevelOfDetail::mark(const CameraRays& rays, const Crop& crop)
 {
     std::vector<std::vector<float>> none(m_levels.size());
-    for (std::size_t n = 0; n < none.size(); ++n) none[n].resize(m_levels[n].tree->leafCount(), 0);
+    for (std::size_t n = 0; n < none.size(); ++n) none[n].resize(m_levels[n].tree->placeCount(), 0);
     tbb::enumerable_thread_specific<std::vector<std::vector<float>>> local(none);
-    tbb::parallel_for(0, (crop.height + 1) / 2, [&](int row) {
+    const bool shifts =
+        m_params.samples > 1 && m_levels.size() > 1 && m_levels[0].around != nullptr;
+    const auto markRow = [&](int row) {
         for (int x = 0; x < crop.width; x += 2) {
             const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
-            if (m_params.samples <= 1 || m_levels.size() == 1 || !m_levels[0].around)
-                markLeaves(ray, 1, local.local());
-            else
-                for (const double shift : {1 / kMostShift, kMostShift})
-                    markLeaves(ray, shift, local.local());
+            if (!shifts) markLeaves(ray, 1, local.local());
+            for (const double shift : {1 / kMostShift, kMostShift})
+                if (shifts) markLeaves(ray, shift, local.local());
         }
-    });
+    };
+    std::vector<char> done(std::size_t(crop.height + 1) / 2, 0);
+    for (bool all = false; !all;) { // again after each time that tiles were let go of
+        std::atomic<bool> left_out{false};
+        tbb::parallel_for(std::size_t(0), done.size(), [&](std::size_t row) {
+            if (done[row]) return;
+            if (budget() && budget()->isFull()) {
+                left_out = true;
+                return;
+            }
+            markRow(int(row));
+            done[row] = 1;
+        });
+        if (budget()) budget()->relieve();
+        all = !left_out;
+    }
     for (const auto& by_level : local)
         for (std::size_t n = 0; n < m_levels.size(); ++n) {
             std::vector<float>& seen = m_levels[n].seen;
@@ -151,7 +171,7 @@ void LevelOfDetail::mark(const CameraRays& rays, const Crop& crop)
             for (std::size_t i = 0; i < by_level[n].size(); ++i)
                 seen[i] = std::max(seen[i], by_level[n][i]);
         }
-    for (Level& l : m_levels) l.seen.resize(l.tree->leafCount(), 0);
+    for (Level& l : m_levels) l.seen.resize(l.tree->placeCount(), 0);
 }
 
 // Sweeps light for the leaves that are marked.
@@ -189,6 +209,13 @@ RaySample LevelOfDetail::trace(const Vec3d& origin, const Vec3d& direction,
         addSkin(last->byPart(part).scene(), *m_skins, *skin, -direction, sample, scratch, seen);
     scratch.ambient_sum += sample.ambient[0] + sample.ambient[1] + sample.ambient[2];
     return sample;
+}
+
+TileBudget* LevelOfDetail::budget() const
+{
+    for (const Level& l : m_levels)
+        if (l.tree->tiles()) return &l.tree->tiles()->budget();
+    return nullptr;
 }
 
 std::size_t LevelOfDetail::skinShadowBytes() const

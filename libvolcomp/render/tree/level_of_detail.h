@@ -50,6 +50,8 @@ public:
     RaySample trace(const Vec3d& origin, const Vec3d& direction, Integrator::Scratch& scratch,
                     std::optional<SeenSkin>* seen = nullptr, int part = 0, double shift = 1) const;
     int lightParts() const { return m_soft.parts(); }
+    /// The memory of levels that are made on the way; null if all is there.
+    TileBudget* budget() const;
 
     std::size_t skinShadowBytes() const; ///< memory of what skins throw on the volume
     std::size_t opennessBytes() const;   ///< 0 if nothing asks for it
@@ -64,7 +66,7 @@ private:
         {
             return part == 0 ? *integrator : other_parts[std::size_t(part) - 1];
         }
-        std::vector<float> seen; ///< by leaf, as ShadowSweep wants it
+        std::vector<float> seen; ///< by place, as ShadowSweep wants it
         std::unique_ptr<const ShadowSweep> sweep;
         std::unique_ptr<const SkinShadow> skin_shadow;
     };

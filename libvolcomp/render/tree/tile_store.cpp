@@ -19,7 +19,7 @@ constexpr std::size_t kFirstSlots = 1 << 12;
 template <class T>
 std::size_t roomFor(const TileBudget& budget, std::size_t most)
 {
-    return std::min(budget.most / sizeof(T) + kNodeSize, most);
+    return std::min(budget.most() / sizeof(T) + kNodeSize, most);
 }
 
 } // namespace
@@ -36,9 +36,17 @@ TileStore::TileStore(std::shared_ptr<const TileMaker> maker, std::shared_ptr<Til
       m_scatter_ratio(m_has_ratios ? roomFor<ScatterRatio>(*m_budget, std::size_t(1) << 32) : 0)
 {
     m_slots = m_all_slots.emplace_back(std::make_unique<Slots>(kFirstSlots)).get();
+    const std::lock_guard<std::mutex> lock(m_budget->m_mutex);
+    m_budget->m_stores.push_back(this);
 }
 
-TileStore::~TileStore() { m_budget->used -= m_taken; }
+TileStore::~TileStore()
+{
+    m_budget->m_used -= m_taken;
+    const std::lock_guard<std::mutex> lock(m_budget->m_mutex);
+    auto& stores = m_budget->m_stores;
+    stores.erase(std::find(stores.begin(), stores.end(), this));
+}
 
 LeafTables TileStore::tables() const
 {
@@ -50,13 +58,55 @@ std::size_t TileStore::memoryBytes() const { return m_taken; }
 
 void TileStore::take(std::size_t bytes) const
 {
-    const std::size_t used = m_budget->used.fetch_add(bytes) + bytes;
     m_taken += bytes;
-    if (used > m_budget->most)
-        throw Error(fmt::format("the voxels that the picture needs take more than the {:.3g} GB "
-                                "that they may: give --max-memory more, or render fewer pixels, "
-                                "with larger voxels (compose.voxel_pixels) or a --crop",
-                                1e-9 * double(m_budget->most)));
+    m_budget->take(bytes);
+}
+
+void TileBudget::take(std::size_t bytes)
+{
+    const std::size_t used = m_used.fetch_add(bytes) + bytes;
+    std::size_t peak = m_peak;
+    while (used > peak && !m_peak.compare_exchange_weak(peak, used)) { }
+    if (used > m_most)
+        throw Error(fmt::format("the voxels that a part of the picture needs at once take more "
+                                "than the {:.3g} GB that there are for them: give --max-memory "
+                                "more, or render larger voxels (compose.voxel_pixels)",
+                                1e-9 * double(m_most)));
+}
+
+void TileBudget::relieve()
+{
+    if (!isFull()) return;
+    ++m_drops;
+    for (TileStore* store : m_stores) store->drop();
+}
+
+// Lets go of all tiles. Those that turned out empty stay known as that, if all of their tile did.
+void TileStore::drop()
+{
+    for (const Place& place : m_places)
+        for (int t = 0; t < kTilesOfNode; ++t) {
+            const openvdb::Coord tile((t >> 6) * kTileDim, (t >> 3 & 7) * kTileDim,
+                                      (t & 7) * kTileDim);
+            std::atomic<int>* words[8];
+            bool any = false;
+            for (int k = 0; k < 8; ++k) {
+                words[k] =
+                    &word(place.table,
+                          numberInNode(tile.offsetBy(kLeafDim * (k >> 2), kLeafDim * (k >> 1 & 1),
+                                                     kLeafDim * (k & 1))));
+                any |= *words[k] > kEmpty;
+            }
+            for (int k = 0; any && k < 8; ++k) *words[k] = kUnknown;
+        }
+    m_leaves.clear();
+    m_density.clear();
+    m_records.clear();
+    m_listed.clear();
+    m_scatter_ratio.clear();
+    m_voxels = 0;
+    m_budget->m_used -= m_taken - m_taken_by_words;
+    m_taken = m_taken_by_words.load();
 }
 
 // Finds the table of a node that no slot had a moment ago, or adds it.
@@ -102,6 +152,7 @@ int TileStore::addTable(const openvdb::Coord& origin) const
     if (!m_maker->bounds().hasOverlap(all)) return kEmpty;
     const std::bitset<kTilesOfNode> tiles = m_maker->tiles(origin);
     if (tiles.none()) return kEmpty;
+    m_taken_by_words += kNodeSize * sizeof(int);
     take(kNodeSize * sizeof(int));
     const int table = int(m_words.append(kNodeSize) / kNodeSize);
     for (int n = 0; n < kNodeSize; ++n) {
@@ -168,6 +219,7 @@ int TileStore::fillLeaf(const BlockVoxels& voxels, const openvdb::Coord& origin)
              * (sizeof(VoxelRecord) + (m_has_ratios ? sizeof(ScatterRatio) : 0))
          + entries * sizeof(ListedRecord));
     const std::size_t number = m_leaves.append(1);
+    m_density.append(kLeafSize);
     leaf.first = std::uint32_t(m_records.append(std::size_t(voxel_count)));
     const std::uint32_t first_entry = entries > 0 ? std::uint32_t(m_listed.append(entries)) : 0;
     if (m_has_ratios) std::fill_n(m_scatter_ratio.data() + leaf.first, voxel_count, kHomogeneous);

@@ -23,11 +23,32 @@
 
 namespace volcomp {
 
+class TileStore;
+
 /// Memory that the tiles of several trees may take together.
-struct TileBudget {
-    explicit TileBudget(std::size_t the_most) : most(the_most) { }
-    const std::size_t most; ///< bytes
-    std::atomic<std::size_t> used{0};
+class TileBudget {
+public:
+    explicit TileBudget(std::size_t most) : m_most(most) { }
+
+    std::size_t most() const { return m_most; } ///< bytes
+    std::size_t used() const { return m_used; }
+    std::size_t peak() const { return m_peak; }
+    std::size_t drops() const { return m_drops; } ///< how often relieve() let go of all tiles
+    /// Whether it is time to let go of tiles: so much is left as a few rays may need.
+    bool isFull() const { return m_used > m_most / 2; }
+    /// If it is full, lets go of all tiles, which are made anew when they are asked for. Nobody may
+    /// use the trees meanwhile, and numbers of leaves mean nothing afterwards.
+    void relieve();
+
+private:
+    friend class TileStore;
+    void take(std::size_t bytes);
+
+    const std::size_t m_most;
+    std::atomic<std::size_t> m_used{0}, m_peak{0};
+    std::size_t m_drops = 0;
+    std::mutex m_mutex; ///< of what follows
+    std::vector<TileStore*> m_stores;
 };
 
 /// Threads share it: its functions may be called at any time, but where they say otherwise.
@@ -70,14 +91,35 @@ public:
                 if (const int l = word(place.table, n).load(std::memory_order_acquire); l > kEmpty)
                     f(place.origin + leafInNode(n), l);
     }
+    /// Calls f(leaf, number of the leaf in its node) for the leaves of a node's table that are
+    /// there. Not while leaves are made.
+    template <class F>
+    void forEachLeafOf(int table, F&& f) const
+    {
+        for (int n = 0; n < kNodeSize; ++n)
+            if (const int l = word(table, n).load(std::memory_order_acquire); l > kEmpty) f(l, n);
+    }
+    /// Calls f(origin, place) for each place of 8^3 voxels of the nodes that were asked for, with
+    /// the number that VoxelTree::place() gives it, in the order of their nodes.
+    template <class F>
+    void forEachKnownPlace(F&& f) const
+    {
+        for (const Place& place : sortedPlaces())
+            for (int n = 0; n < kNodeSize; ++n)
+                f(place.origin + leafInNode(n),
+                  std::size_t(place.table) * kNodeSize + std::size_t(n));
+    }
+    /// One above the greatest number of a place.
+    std::size_t placeCount() const { return m_words.size(); }
     /// Makes all tiles that reach into a box of voxels, on all threads.
     void make(const openvdb::CoordBBox& box) const;
 
     const TileMaker& maker() const { return *m_maker; }
+    TileBudget& budget() const { return *m_budget; }
     LeafTables tables() const;
     std::size_t leafCount() const { return m_leaves.size(); }
     std::uint64_t voxelCount() const { return m_voxels; }
-    std::size_t tileCount() const { return m_tiles; } ///< that were made
+    std::size_t tileCount() const { return m_tiles; } ///< how many were made, again ones too
     std::size_t memoryBytes() const;
 
 private:
@@ -111,6 +153,8 @@ private:
     void fillTile(const openvdb::Coord& tile, int (&made)[8]) const;
     int fillLeaf(const BlockVoxels& voxels, const openvdb::Coord& origin) const;
     void take(std::size_t bytes) const;
+    friend class TileBudget;
+    void drop();
 
     const std::shared_ptr<const TileMaker> m_maker;
     const std::shared_ptr<TileBudget> m_budget;
@@ -129,7 +173,7 @@ private:
     mutable ReservedArray<ScatterRatio> m_scatter_ratio;
     mutable std::atomic<std::uint64_t> m_voxels{0};
     mutable std::atomic<std::size_t> m_tiles{0};
-    mutable std::atomic<std::size_t> m_taken{0}; // of the budget
+    mutable std::atomic<std::size_t> m_taken{0}, m_taken_by_words{0}; // of the budget
 };
 
 } // namespace volcomp

@@ -113,6 +113,16 @@ public:
         const int n = node(x, y, z);
         return n == kEmpty ? kEmpty : leafIn(n, x, y, z);
     }
+    /// A number for the place of a leaf in its node, which stays when leaves are dropped and made
+    /// anew (TileBudget::relieve()): that of the leaf, if all leaves are there.
+    std::size_t place(int node, int leaf, const int* voxel) const
+    {
+        return m_tiles ? std::size_t(node) * kNodeSize
+                + std::size_t(numberInNode(voxel[0], voxel[1], voxel[2]))
+                       : std::size_t(leaf);
+    }
+    /// One above the greatest of these numbers, so far.
+    std::size_t placeCount() const { return m_tiles ? m_tiles->placeCount() : m_leaves.size(); }
     const Leaf& leaf(int index) const { return m_at.leaves[index]; }
     /// 512 densities of all parts together, 1 / world length, by offset().
     const float* densities(int leaf) const { return m_at.density + std::size_t(leaf) * kLeafSize; }

@@ -185,9 +185,9 @@ TEST(TileStore, SaysThatTheBudgetIsSpent)
         const VoxelTree tree(std::make_shared<VolumeTiles>(twoParts()), budget);
         EXPECT_NE(messageOf([&] { tree.tiles()->make(tree.bounds()); }).find("--max-memory"),
                   std::string::npos);
-        EXPECT_GT(budget->used, 0u);
+        EXPECT_GT(budget->used(), 0u);
     }
-    EXPECT_EQ(budget->used, 0u);
+    EXPECT_EQ(budget->used(), 0u);
 }
 
 TEST(TileStore, ShowsThePictureOfTheCompleteTree)
@@ -207,6 +207,27 @@ TEST(TileStore, ShowsThePictureOfTheCompleteTree)
             ASSERT_EQ(image.pixels.size(), expected.pixels.size());
             EXPECT_EQ(image.pixels, expected.pixels) << int(shadows) << " " << distance;
         }
+}
+
+TEST(TileStore, ShowsTheSamePictureWithLittleMemory)
+{
+    const Volume volume = twoParts();
+    for (const Shadows shadows : {Shadows::exact, Shadows::sweep}) {
+        const RenderParams params = smallPicture(shadows);
+        const auto picture = [&](const std::shared_ptr<TileBudget>& budget) {
+            VoxelLevel level;
+            level.tree =
+                std::make_shared<const VoxelTree>(std::make_shared<VolumeTiles>(volume), budget);
+            return render({level}, materials(), cameraFor(50), twoLights(), params).pixels;
+        };
+        const auto all = gigabyte();
+        const std::vector<float> expected = picture(all);
+        EXPECT_EQ(all->drops(), 0u);
+        const auto little = std::make_shared<TileBudget>(all->peak() * 3 / 4);
+        EXPECT_EQ(picture(little), expected);
+        EXPECT_GT(little->drops(), 3u);
+        EXPECT_LT(little->peak(), little->most());
+    }
 }
 
 TEST(TileStore, LevelsMeetInTheirDistances)
