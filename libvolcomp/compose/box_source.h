@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "volcomp/base/vec.h"
-#include "volcomp/compose/blocked_light.h"
 #include "volcomp/volume/coarser_voxel.h"
 #include "volcomp/volume/volume.h"
 
@@ -58,7 +57,6 @@ struct SourcePart {
     bool has_direction = false;
     bool has_colour = false; ///< false: every voxel has `colour`
     Vec3f colour{1.0f};
-    BlockedFactors blocked;                        ///< on the density that placements add
     SourceBounds bounds{Vec3f(0.0f), Vec3f(0.0f)}; ///< of all voxels' cubes
     /// Voxel i holds what lies in [i - shift, i + 1 - shift), in voxels of the part.
     float shift = 0.5f;

@@ -12,32 +12,13 @@
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/node_index.h"
+#include "volcomp/compose/compose_input.h"
 #include "volcomp/compose/tile_sources.h"
 
 namespace volcomp {
 namespace {
 
 constexpr double kFarthestVoxel = double(1 << 24); ///< from the origin, see forTilesBetween()
-
-/// Throws if a placement or parameter is out of range.
-void check(const std::vector<Box>& boxes, const std::vector<Placement>& placements,
-           const ComposeParams& params)
-{
-    params.validate();
-    if (!(params.voxel > 0)) throw Error("compose: expected a voxel size > 0");
-    for (const Placement& p : placements) {
-        if (p.box >= boxes.size())
-            throw Error(
-                fmt::format("compose: expected a box below {}, found {}", boxes.size(), p.box));
-        if (!(p.scale > 0 && std::isfinite(p.scale) && std::isfinite(p.position.lengthSqr())
-              && std::isfinite(p.tint.lengthSqr())))
-            throw Error(
-                "compose: expected placements with finite positions and tints and a scale > 0");
-        for (const Vec3f* axis : {&p.x_axis, &p.y_axis, &p.z_axis})
-            if (!(std::abs(axis->lengthSqr() - 1) < 1e-3f))
-                throw Error("compose: expected placements with axes of unit length");
-    }
-}
 
 /// Blocks of one tile, at most eight.
 struct TileBlocks {
@@ -217,17 +198,19 @@ PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>
 PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, const Progress& progress)
 {
-    check(boxes, scene.boxes.placements, params);
+    checkComposeInput(boxes, scene, params);
     checkReach(boundsOf(boxes), scene, params.voxel);
-    BoxSources sources = packBoxes(boxes, scene, params.voxel, params.keep);
-    if (params.keep == Kept::blocked_light) findBlocked(scene, params.voxel, sources);
+    const BoxSources packed = packBoxes(boxes, scene, params.voxel, params.keep);
+    const BlockedTable blocked = findBlocked(packed, params.voxel, params.keep);
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(params.voxel);
-    for (std::size_t m = 0; m < sources.materials.size(); ++m)
-        volume.parts.push_back(composePart(
-            TileSources(sources.boxes, scene, params, sources.materials[m]), [&](double f) {
-                report(progress, (double(m) + f) / double(sources.materials.size()));
-            }));
+    for (std::size_t m = 0; m < packed.materials.size(); ++m) {
+        const MaterialSources material(packed, scene, packed.materials[m]);
+        const TargetSources sources(material, blocked, params);
+        volume.parts.push_back(composePart(TileSources(sources), [&](double f) {
+            report(progress, (double(m) + f) / double(packed.materials.size()));
+        }));
+    }
     if (volume.parts.empty()) volume.parts.emplace_back();
     report(progress, 1);
     return volume;
@@ -236,7 +219,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
 ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene& scene,
                                 const ComposeParams& params)
 {
-    check(boxes, scene.boxes.placements, params);
+    checkComposeInput(boxes, scene, params);
     const std::vector<openvdb::BBoxd> bounds = boundsOf(boxes);
     checkReach(bounds, scene, params.voxel);
     ComposeParams coarse = params;
@@ -248,10 +231,15 @@ ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene
         coarse.voxel *= 2;
         factor *= 8;
     }
-    const BoxSources sources = packBoxes(boxes, scene, coarse.voxel, params.keep);
+    const BoxSources packed = packBoxes(boxes, scene, coarse.voxel, params.keep);
+    // How much of the densities is kept hardly matters for an estimate, and takes time to find.
+    const BlockedTable blocked = findBlocked(packed, coarse.voxel, Kept::integral);
     ComposeEstimate e;
-    for (const std::string& material : sources.materials)
-        estimatePart(TileSources(sources.boxes, scene, coarse, material), e);
+    for (const std::string& name : packed.materials) {
+        const MaterialSources material(packed, scene, name);
+        const TargetSources sources(material, blocked, coarse);
+        estimatePart(TileSources(sources), e);
+    }
     e.voxels *= factor;
     e.bytes *= factor;
     e.bytes += double(scene.boxes.bytes());

@@ -18,25 +18,32 @@ constexpr double kFarthest = double(1 << 24); ///< voxels from the origin
 
 } // namespace
 
-void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what,
-                     const std::function<void(const openvdb::Coord&)>& visit)
+void forTilesBetween(const Vec3d& low, const Vec3d& high, const openvdb::CoordBBox* among,
+                     const char* what, const std::function<void(const openvdb::Coord&)>& visit)
 {
     openvdb::Coord from, to;
     for (int i = 0; i < 3; ++i) {
-        if (!(low[i] > -kFarthest && high[i] < kFarthest))
+        if (!among && !(low[i] > -kFarthest && high[i] < kFarthest))
             throw Error(fmt::format(
                 "{}: expected voxels at most 2^24 from the origin, found {:g}; use a larger voxel "
                 "or move the scene to its origin",
                 what, std::max(std::abs(low[i]), std::abs(high[i]))));
-        from[i] = static_cast<int>(std::floor(low[i] / kTile));
-        to[i] = static_cast<int>(std::floor(high[i] / kTile));
+        double first = std::floor(low[i] / kTile), last = std::floor(high[i] / kTile);
+        if (among) {
+            first = std::max(first, double(among->min()[i]));
+            last = std::min(last, double(among->max()[i]));
+            if (!(first <= last)) return;
+        }
+        from[i] = static_cast<int>(first);
+        to[i] = static_cast<int>(last);
     }
     for (int x = from[0]; x <= to[0]; ++x)
         for (int y = from[1]; y <= to[1]; ++y)
             for (int z = from[2]; z <= to[2]; ++z) visit(openvdb::Coord(x, y, z));
 }
 
-PlacedBox::PlacedBox(const Placement& p, const SourcePart& part, double voxel)
+PlacedBox::PlacedBox(const Placement& p, const SourcePart& part, double voxel,
+                     const BlockedFactors& blocked)
     : m_placement(p), m_part(part), m_voxel(voxel)
 {
     const double step = part.voxel * p.scale / voxel;
@@ -51,7 +58,7 @@ PlacedBox::PlacedBox(const Placement& p, const SourcePart& part, double voxel)
     const double exact = step / m_divisions;
     m_width = std::max(1.0f, std::round(static_cast<float>(exact) * kSnap)) / kSnap;
     const double shrunk = exact / m_width; // makes up for the rounding of the width
-    const double kept = part.blocked.at(step);
+    const double kept = blocked.at(step);
     m_density = static_cast<float>(kept * shrunk * shrunk * shrunk / p.scale);
     // As many cubes of a strand as 1 / shrunk in each of its dimensions lie in a voxel. Their
     // densities are added, and so must be the squares.
@@ -80,7 +87,8 @@ Vec3d PlacedBox::worldOf(const Vec3f& p) const
     return m_placement.position + mapped(p) * m_voxel;
 }
 
-void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit) const
+void PlacedBox::forTiles(const openvdb::CoordBBox* among,
+                         const std::function<void(const openvdb::Coord&)>& visit) const
 {
     const double margin = 0.5 * m_width + 1e-3;
     const Vec3d centre = m_root + mapped(m_part.bounds.centre),
@@ -95,14 +103,15 @@ void PlacedBox::forTiles(const std::function<void(const openvdb::Coord&)>& visit
         const double step = Vec3d(m_axes[a][0], m_axes[a][1], m_axes[a][2]).length();
         reach[a] = tile + step * m_part.bounds.half[a] + margin * 1.7321;
     }
-    forTilesBetween(centre - half, centre + half, "placement", [&](const openvdb::Coord& tile) {
+    const auto visitIfReached = [&](const openvdb::Coord& tile) {
         const Vec3d d = Vec3d(tile[0] + 0.5, tile[1] + 0.5, tile[2] + 0.5) * double(kTile) - centre;
         for (int a = 0; a < 3; ++a)
             if (std::abs(d[0] * m_turn[a][0] + d[1] * m_turn[a][1] + d[2] * m_turn[a][2])
                 > reach[a])
                 return;
         visit(tile);
-    });
+    };
+    forTilesBetween(centre - half, centre + half, among, "placement", visitIfReached);
 }
 
 BoxInTile PlacedBox::inTile(const openvdb::Coord& tile_origin, float weight) const

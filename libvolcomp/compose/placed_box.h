@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "volcomp/compose/blocked_light.h"
 #include "volcomp/compose/box_kernel.h"
 #include "volcomp/compose/box_source.h"
 #include "volcomp/place/placement.h"
@@ -17,14 +18,16 @@ namespace volcomp {
 /// target's voxel (i, j, k) is [i, i + 1) x [j, j + 1) x [k, k + 1).
 class PlacedBox {
 public:
-    /// `voxel` is the edge of the target's voxels in world units. The placement and the part must
-    /// outlive this.
-    PlacedBox(const Placement& placement, const SourcePart& part, double voxel);
+    /// `voxel` is the edge of the target's voxels in world units, `blocked` the factor on the
+    /// densities that are added. The placement and the part must outlive this.
+    PlacedBox(const Placement& placement, const SourcePart& part, double voxel,
+              const BlockedFactors& blocked = {});
 
-    /// Calls `visit` with the coordinates of every tile that the box may reach into: the tile's
-    /// first voxel divided by TileAccumulator::kSize. Throws Error if the box reaches further than
-    /// 2^24 voxels from the origin.
-    void forTiles(const std::function<void(const openvdb::Coord&)>& visit) const;
+    /// Calls `visit` with the coordinates of every tile of `among` that the box may reach into: the
+    /// tile's first voxel divided by TileAccumulator::kSize. Without `among` it is every tile, and
+    /// it throws Error if the box reaches further than 2^24 voxels from the origin.
+    void forTiles(const openvdb::CoordBBox* among,
+                  const std::function<void(const openvdb::Coord&)>& visit) const;
 
     /// Adds what falls into the tile whose first voxel is `tile_origin`. The sum of directions is
     /// multiplied by `weight`, which is close to 1: the strongest of equal directions wins. `tint`
@@ -70,9 +73,10 @@ private:
     TintWalk m_walk;
 };
 
-/// Calls `visit` for all tiles that bounds in voxels of the target reach. If these lie further than
-/// 2^24 voxels from the origin, it throws an Error that begins with `what`.
-void forTilesBetween(const Vec3d& low, const Vec3d& high, const char* what,
-                     const std::function<void(const openvdb::Coord&)>& visit);
+/// Calls `visit` for all tiles of `among` that bounds in voxels of the target reach. Without
+/// `among` it is all tiles, and if the bounds lie further than 2^24 voxels from the origin, it
+/// throws an Error that begins with `what`.
+void forTilesBetween(const Vec3d& low, const Vec3d& high, const openvdb::CoordBBox* among,
+                     const char* what, const std::function<void(const openvdb::Coord&)>& visit);
 
 } // namespace volcomp

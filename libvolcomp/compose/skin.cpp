@@ -59,12 +59,14 @@ std::vector<Skin> skinsOf(const PlacedScene& scene)
     return skins;
 }
 
+double Skin::reach() const { return 1 + std::abs(m_spec.depth); }
+
 openvdb::BBoxd Skin::bounds(std::int32_t triangle, double voxel) const
 {
     openvdb::BBoxd bounds;
     for (const std::int32_t c : m_surface->mesh().triangles[triangle])
         bounds.expand(m_surface->mesh().points[c] / voxel);
-    const Vec3d margin(1 + std::abs(m_spec.depth));
+    const Vec3d margin(reach());
     return {bounds.min() - margin, bounds.max() + margin};
 }
 

@@ -27,6 +27,8 @@ public:
         return skinColour(m_spec, m_colour, p);
     } ///< linear
 
+    /// How far a triangle's voxels reach beyond it, in voxels.
+    double reach() const;
     /// Bounds of a triangle's voxels, in voxels of edge `voxel`.
     openvdb::BBoxd bounds(std::int32_t triangle, double voxel) const;
 

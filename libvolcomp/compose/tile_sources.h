@@ -3,45 +3,20 @@
 // through them.
 #pragma once
 
-#include <optional>
-#include <string>
+#include <cstdint>
 #include <vector>
 
-#include "volcomp/compose/box_source.h"
-#include "volcomp/compose/compose.h"
-#include "volcomp/compose/skin.h"
-#include "volcomp/compose/tile_accumulator.h"
-#include "volcomp/compose/voxel_tint.h"
+#include "volcomp/compose/material_sources.h"
 
 namespace volcomp {
 
-/// One part of a box: with its own voxels, with voxels of twice the edge (coarsen()), and so on as
-/// far as placements need it.
-using Pyramid = std::vector<SourcePart>;
-using Pyramids = std::vector<Pyramid>; ///< one for each material of a box
-
-/// Boxes packed for a voxel size, and the materials in the order in which they appear.
-struct BoxSources {
-    std::vector<Pyramids> boxes;
-    std::vector<std::string> materials;
-};
-
-/// Packs the boxes that are placed. `voxel` is the target's edge. With Kept::blocked_light
-/// findBlocked() is to follow, which an estimate does without. Throws the Errors of packPart().
-BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
-                     Kept keep);
-
-/// Finds SourcePart::blocked for what packBoxes() packed for the same scene and voxel.
-void findBlocked(const PlacedScene& scene, double voxel, BoxSources& packed);
-
-/// What adds to each tile of a composite. The arguments of the constructor must outlive it.
+/// What adds to each tile of a composite.
 class TileSources {
 public:
-    TileSources(const std::vector<Pyramids>& boxes, const PlacedScene& scene,
-                const ComposeParams& params, std::string material);
+    /// The argument must outlive it.
+    explicit TileSources(const TargetSources& sources);
 
-    /// A part without voxels that has the material's kind and what voxels will hold.
-    PackedPart emptyPart() const;
+    PackedPart emptyPart() const { return m_sources.emptyPart(); }
 
     /// Tiles are numbered in the order of an OpenVDB tree's nodes of 128^3 voxels; those of one
     /// node follow each other.
@@ -74,24 +49,11 @@ private:
         }
     };
 
-    const SourcePart* partOf(const Placement& p) const;
-    bool hasVoxelTint(const Placement& p) const;
-    VoxelTint tintOf(std::size_t placement) const;
-    void findKind();
-    void findColours();
     std::vector<Entry> placementEntries(std::size_t begin, std::size_t end) const;
     std::vector<Entry> skinEntries(const Skin& skin, std::uint64_t first_source) const;
     void findTiles();
 
-    const std::vector<Pyramids>& m_boxes;
-    const PlacedScene& m_scene;
-    const std::vector<Placement>& m_placements; ///< of m_scene
-    std::vector<Skin> m_skins;
-    const ComposeParams& m_params;
-    std::string m_material;
-    MaterialKind m_kind = MaterialKind::fibre;
-    bool m_direction = false, m_colour = false, m_scatter_ratio = false, m_own_share = false;
-    Vec3f m_uniform{1.0f}; ///< the colour if all sources have the same
+    const TargetSources& m_sources;
     std::vector<Entry> m_entries;
     std::vector<std::size_t> m_first; ///< entry of each tile, and the end
 };

@@ -134,7 +134,14 @@ private:
     TakenBlocks m_taken;
 };
 
+struct PackedBlock;
+struct PackedPart;
 struct PackedVolume;
+
+/// What a source says of a packed part.
+PartInfo infoOf(const PackedPart& part);
+/// Adds the particles of one of the part's blocks to what is empty.
+void takeBlock(const PackedPart& part, const PackedBlock& block, PartVoxels& voxels);
 
 /// The blocks of a packed volume, which must outlive this and stays as it is.
 class PackedSource : public BlockSource {

@@ -15,10 +15,8 @@ std::vector<PartInfo> partsOf(const PackedVolume& volume)
 {
     if (volume.parts.empty()) throw Error("the volume has no parts: there is nothing to render");
     std::vector<PartInfo> parts;
-    for (const PackedPart& part : volume.parts)
-        parts.push_back({part.material, part.kind, "density of " + part.material,
-                         part.has_direction, part.has_colour, part.has_scatter_ratio,
-                         part.uniform_colour});
+    parts.reserve(volume.parts.size());
+    for (const PackedPart& part : volume.parts) parts.push_back(infoOf(part));
     return parts;
 }
 
@@ -54,7 +52,16 @@ void takeValues(const openvdb::math::half* from, const float* density, std::uint
         if (density[i] != 0) to.push_back(from[i]);
 }
 
-void takePart(const PackedPart& part, const PackedBlock& block, PartVoxels& to)
+} // namespace
+
+PartInfo infoOf(const PackedPart& part)
+{
+    return {part.material,      part.kind,       "density of " + part.material,
+            part.has_direction, part.has_colour, part.has_scatter_ratio,
+            part.uniform_colour};
+}
+
+void takeBlock(const PackedPart& part, const PackedBlock& block, PartVoxels& to)
 {
     const float* density = part.density(block);
     std::uint32_t i = 0;
@@ -71,8 +78,6 @@ void takePart(const PackedPart& part, const PackedBlock& block, PartVoxels& to)
     takeValues(part.ownShare(block), density, block.count, to.own_share);
     if (!part.has_colour) to.colour.push_back(part.uniform_colour);
 }
-
-} // namespace
 
 PackedSource::PackedSource(const PackedVolume& volume)
     : BlockSource(partsOf(volume), volume.transform), m_volume(volume)
@@ -113,7 +118,7 @@ void PackedSource::take(const Coord& block, BlockVoxels& voxels) const
     for (std::size_t p = 0; p < voxels.size(); ++p) {
         voxels[p].clear();
         if (const PackedBlock* found = find(m_volume.parts[p], block))
-            takePart(m_volume.parts[p], *found, voxels[p]);
+            takeBlock(m_volume.parts[p], *found, voxels[p]);
     }
 }
 

@@ -67,6 +67,7 @@ std::byte* VoxelStore::allocate(std::size_t bytes)
                       MADV_HUGEPAGE); // fewer page faults; without it all is the same, slower
 #endif
         m_bytes += size;
+        m_last = size;
         m_next = chunk;
         m_left = size;
     }
@@ -74,6 +75,14 @@ std::byte* VoxelStore::allocate(std::size_t bytes)
     m_next += bytes;
     m_left -= bytes;
     return result;
+}
+
+void VoxelStore::reuse()
+{
+    if (m_chunks.empty()) return;
+    m_chunks.erase(m_chunks.begin(), m_chunks.end() - 1);
+    m_next = m_chunks.back().get();
+    m_left = m_bytes = m_last;
 }
 
 bool inTreeOrder(const openvdb::Coord& a, const openvdb::Coord& b)

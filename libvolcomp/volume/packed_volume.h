@@ -31,6 +31,8 @@ class VoxelStore {
 public:
     /// Aligned to 8 bytes; not initialised. Throws std::bad_alloc.
     std::byte* allocate(std::size_t bytes);
+    /// Takes back all that was given out, and keeps the last chunk, which is the largest.
+    void reuse();
 
     std::size_t bytes() const { return m_bytes; } ///< of all chunks
 
@@ -40,7 +42,7 @@ private:
     };
     std::vector<std::unique_ptr<std::byte[], Free>> m_chunks;
     std::byte* m_next = nullptr;
-    std::size_t m_left = 0, m_bytes = 0;
+    std::size_t m_left = 0, m_bytes = 0, m_last = 0; ///< m_last: bytes of the last chunk
 };
 
 /// 8^3 voxels of which some are active: an OpenVDB leaf. A copy points to the same values.

@@ -142,7 +142,7 @@ TEST(PlacedBox, ReachesEveryTileThatComposingFills)
     p.position = Vec3d(0.305, -1.2, 0.7);
     p.scale = 1.3f;
     std::vector<Coord> tiles;
-    PlacedBox(p, part, 0.007).forTiles([&](const Coord& t) { tiles.push_back(t); });
+    PlacedBox(p, part, 0.007).forTiles(nullptr, [&](const Coord& t) { tiles.push_back(t); });
     const PackedVolume volume = compose({box}, {p}, voxel(0.007));
     for (const PackedBlock& b : volume.parts[0].blocks) {
         const Coord tile(b.origin[0] >> TileAccumulator::kLog2,
@@ -151,7 +151,7 @@ TEST(PlacedBox, ReachesEveryTileThatComposingFills)
         EXPECT_NE(std::find(tiles.begin(), tiles.end(), tile), tiles.end()) << tile;
     }
     p.position[0] = 1e9;
-    EXPECT_THROW(PlacedBox(p, part, 0.007).forTiles([](const Coord&) {}), Error);
+    EXPECT_THROW(PlacedBox(p, part, 0.007).forTiles(nullptr, [](const Coord&) {}), Error);
 }
 
 /// A voxel list of a run at random places, as a tile sees it after a random turn.

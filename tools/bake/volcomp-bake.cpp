@@ -7,6 +7,7 @@
 
 #include "tools/shared/choice.h"
 #include "volcomp/scene/scene_inputs.h"
+#include "tools/shared/read_boxes.h"
 #include "tools/shared/tool.h"
 #include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
@@ -37,12 +38,6 @@ std::vector<GrowthRule> chosenBoxes(const Scene& scene, const std::vector<std::s
     return rules;
 }
 
-std::filesystem::path boxFile(const std::filesystem::path& directory, const GrowthRule& rule,
-                              int variant)
-{
-    return directory / fmt::format("{}_{}.vdb", rule.name, variant + 1);
-}
-
 /// Throws Error if a box or the sheet cannot be written, or is a file of the scene.
 void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<GrowthRule>& rules,
                     const std::filesystem::path& directory, const std::filesystem::path& sheet)
@@ -50,7 +45,7 @@ void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<Grow
     std::vector<NamedFile> outputs{{"--sheet", sheet}};
     for (const GrowthRule& rule : rules)
         for (int variant = 0; variant < rule.variants; ++variant)
-            outputs.push_back({"-o", boxFile(directory, rule, variant)});
+            outputs.push_back({"-o", boxFile(directory, rule.name, variant)});
     tool.requireFiles(inputsOf(scene), outputs);
 }
 
@@ -105,7 +100,8 @@ int main(int argc, char** argv)
                     voxel = box.volume.voxelSize();
                     openvdb::MetaMap about(recipe);
                     about.insertMeta(boxMetadata(rule, variant));
-                    writeVolume(boxFile(directory, rule, variant), box.volume, about, grid_names);
+                    writeVolume(boxFile(directory, rule.name, variant), box.volume, about,
+                                grid_names);
                     if (!sheet.empty())
                         thumbnails.push_back(
                             renderBoxThumbnail(box, scene.materials, scene.render));

@@ -9,6 +9,8 @@
 #include "tools/shared/choice.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
+#include "tools/shared/place_stage.h"
+#include "tools/shared/read_boxes.h"
 #include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
@@ -45,101 +47,15 @@ double machineMegabytes()
     return double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE)) / 1048576;
 }
 
-fs::path boxFile(const fs::path& directory, const BoxKind& kind, int variant)
-{
-    return directory / fmt::format("{}_{}.vdb", kind.name, variant + 1);
-}
-
 /// Throws Error if an output cannot be written, or is an input.
 void requireOutputs(const Tool& tool, const Options& options, const Scene& scene)
 {
     std::vector<NamedFile> inputs = inputsOf(scene);
-    for (const BoxKind& kind : usedBoxes(scene))
-        for (int variant = 0; variant < kind.variants; ++variant)
-            inputs.push_back({"a box", boxFile(options.boxes, kind, variant)});
+    const std::vector<NamedFile> boxes = boxFiles(scene, options.boxes);
+    inputs.insert(inputs.end(), boxes.begin(), boxes.end());
     tool.requireFiles(
         inputs,
         {{"-o", options.output}, {"--placements", options.placements}, {"--sheet", options.sheet}});
-}
-
-/// The boxes that the scene's layers use.
-struct ReadBoxes {
-    std::vector<Box> boxes;    ///< in the order of usedBoxes()
-    std::vector<UsedBox> used; ///< by kind: what they were baked from
-};
-
-/// Adds what a box's file was baked from. Throws Error if the scene would bake it otherwise, unless
-/// that is allowed.
-void noteRecipe(const Tool& tool, const Scene& scene, const fs::path& file, Stale stale,
-                UsedBox& used)
-{
-    const Recipe recipe = recipeOf(readVolumeMetadata(file));
-    for (const GrowthRule& rule : scene.boxes)
-        if (rule.name == used.name)
-            requireFresh(tool, file, recipe, boxRecipe(scene, rule), stale,
-                         "Bake it anew with volcomp-bake");
-    const std::string hash = recipe.empty() ? Recipe::kUnknown : recipe.hash();
-    used.hash = used.hash.empty() || used.hash == hash ? hash : "of several recipes";
-}
-
-ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const Options& options,
-                    const Progress& progress)
-{
-    ReadBoxes read;
-    std::vector<Box>& boxes = read.boxes;
-    const std::vector<BoxKind> kinds = usedBoxes(scene);
-    for (std::size_t k = 0; k < kinds.size(); ++k) {
-        read.used.push_back({kinds[k].name, ""});
-        for (int variant = 0; variant < kinds[k].variants; ++variant) {
-            const fs::path file = boxFile(options.boxes, kinds[k], variant);
-            if (!fs::exists(file))
-                throw fileError(file, "",
-                                "the box '" + kinds[k].name + "', variant "
-                                    + std::to_string(variant + 1),
-                                "no file", "Run volcomp-bake first, or check --boxes.");
-            noteRecipe(tool, scene, file, options.stale, read.used.back());
-            boxes.push_back({kinds[k].name, variant, readVolume(file)});
-            for (const std::string& warning : boxes.back().volume.warnings) tool.warn(warning);
-        }
-        report(progress, double(k + 1) / double(kinds.size()));
-    }
-    return read;
-}
-
-/// What the volume is made from: the scene's placements, and what the options change.
-Recipe recipeFor(const Scene& scene, const Options& options, const std::vector<UsedBox>& used)
-{
-    Recipe recipe = placedRecipe(scene, used);
-    for (const std::string& surface : options.leave_out)
-        recipe.add(std::string(kOption) + "leave-out", surface);
-    return recipe;
-}
-
-/// Says what place() has found, and adds it to the statistics.
-void reportPlaced(Tool& tool, const Scene& scene, const PlacedScene& placed)
-{
-    for (std::size_t i = 0; i < placed.surfaces.size(); ++i) {
-        const PlacedSurface& s = placed.surfaces[i];
-        const MeshReport& r = s.surface.mesh().report;
-        tool.say(fmt::format("surface '{}': {}, {:.4g} m^2", s.name, r.text(), s.surface.area()));
-        for (const std::string& warning : r.warnings) tool.warn(warning);
-        if (r.non_manifold_faces)
-            tool.warn(fmt::format(
-                "{}: {} non-manifold faces at {} edges that more than two faces share; they are kept",
-                scene.surfaces[i].mesh.string(), r.non_manifold_faces, r.non_manifold_edges));
-        tool.stats["surfaces"][s.name] = {{"triangles", r.triangles},
-                                          {"area_m2", s.surface.area()},
-                                          {"non_manifold_faces", r.non_manifold_faces},
-                                          {"open_edges", r.boundary_edges},
-                                          {"zero_area", r.zero_area},
-                                          {"turned", r.turned},
-                                          {"parts", r.parts}};
-    }
-    for (const PlacedLayer& l : placed.layers) {
-        tool.say(fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes));
-        tool.stats["layers"].push_back({{"name", l.layer.name}, {"placements", l.boxes}});
-    }
-    for (const std::string& warning : placed.warnings) tool.warn(warning);
 }
 
 /// Writes the placements and the sheet if the options ask for them.
@@ -262,16 +178,15 @@ void run(Tool& tool, const Options& options)
     if (!options.sheet.empty()) requirePictureName(options.sheet);
     const Scene scene = sceneOf(tool, options);
     requireOutputs(tool, options, scene);
-    const ReadBoxes read = tool.stage(
-        "read boxes", [&](const Progress& p) { return readBoxes(tool, scene, options, p); });
+    const ReadBoxes read = tool.stage("read boxes", [&](const Progress& p) {
+        return readBoxes(tool, scene, options.boxes, options.stale, p);
+    });
     const std::vector<Box>& boxes = read.boxes;
-    Recipe recipe = recipeFor(scene, options, read.used);
+    Recipe recipe = volumeRecipe(scene, read.used, options.leave_out);
     tool.stats["recipe"] = recipe.hash();
     PlaceOptions place_options;
     place_options.keep_uvs = !options.placements.empty();
-    PlacedScene placed =
-        tool.stage("place", [&](const Progress& p) { return place(scene, place_options, p); });
-    reportPlaced(tool, scene, placed);
+    PlacedScene placed = placeStage(tool, scene, place_options);
     writePlaced(tool, options, scene, placed, recipe.hash());
     if (options.output.empty()) return;
 
