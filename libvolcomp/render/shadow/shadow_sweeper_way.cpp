@@ -45,7 +45,8 @@ void ShadowSweep::Sweeper::makeWay(int layer)
     const std::size_t first = m_next_of_way;
     while (m_next_of_way < m_way.size() && m_way[m_next_of_way].first <= layer) ++m_next_of_way;
     if (m_next_of_way == first) return;
-    m_tree.tiles()->budget().relieve();
+    constexpr double kRoomForLayer = 0.75; // of the budget, for the nodes of this layer
+    m_tree.tiles()->budget().relieve(1 - kRoomForLayer);
     std::fill(m_effective_of.begin(), m_effective_of.end(), -1);
     tbb::parallel_for(first, m_next_of_way,
                       [&](std::size_t i) { makeTiles(m_way[i].second, m_way[i].first); });

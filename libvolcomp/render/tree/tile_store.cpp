@@ -74,9 +74,9 @@ void TileBudget::take(std::size_t bytes)
                                 1e-9 * double(m_most)));
 }
 
-void TileBudget::relieve()
+void TileBudget::relieve(double share)
 {
-    if (!isFull()) return;
+    if (!isFull(share)) return;
     ++m_drops;
     for (TileStore* store : m_stores) store->drop();
 }

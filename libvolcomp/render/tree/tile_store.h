@@ -35,13 +35,14 @@ public:
     std::size_t peak() const { return m_peak; }
     std::size_t drops() const { return m_drops; } ///< how often relieve() let go of all tiles
     /// Whether it is time to let go of tiles: so much is left as a few rays may need.
-    bool isFull() const { return m_used > m_most / 2; }
-    /// If it is full, lets go of all tiles, which are made anew when they are asked for. Nobody may
-    /// use the trees meanwhile, and numbers of leaves mean nothing afterwards.
-    void relieve();
+    bool isFull() const { return isFull(0.5); }
+    /// If more than a share of it is used, lets go of all tiles, which are made anew when they are
+    /// asked for. Nobody may use the trees meanwhile, and numbers of leaves mean nothing afterwards.
+    void relieve(double share = 0.5);
 
 private:
     friend class TileStore;
+    bool isFull(double share) const { return double(m_used) > share * double(m_most); }
     void take(std::size_t bytes);
 
     const std::size_t m_most;
