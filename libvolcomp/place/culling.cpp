@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include "volcomp/base/interval.h"
 
@@ -87,6 +88,35 @@ bool mayBeInView(const Camera& camera, int width, int height, const Vec3d& centr
         }
     }
     return true;
+}
+
+ViewedRange viewedRange(const PlacementList& list, const std::vector<Box>& boxes,
+                        const Camera& camera, int width_pixels, int height_pixels)
+{
+    std::vector<Ball> balls;
+    balls.reserve(boxes.size());
+    for (const Box& box : boxes) balls.push_back(ballOf(box));
+    const auto wider = [](ViewedRange a, const ViewedRange& b) {
+        return ViewedRange{std::min(a.nearest, b.nearest), std::max(a.farthest, b.farthest)};
+    };
+    const ViewedRange none{kInfinity, 0};
+    const ViewedRange range = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, list.size(), 4096), none,
+        [&](const auto& part, ViewedRange so_far) {
+            for (std::size_t i = part.begin(); i < part.end(); ++i) {
+                const Placement& p = list.placements[i];
+                const Ball ball = placed(balls[p.box], p);
+                if (ball.radius < 0
+                    || !mayBeInView(camera, width_pixels, height_pixels, ball.centre, ball.radius))
+                    continue;
+                const double distance = (ball.centre - camera.eye).length();
+                so_far =
+                    wider(so_far, {std::max(0.0, distance - ball.radius), distance + ball.radius});
+            }
+            return so_far;
+        },
+        wider);
+    return range.farthest > 0 ? range : ViewedRange();
 }
 
 std::size_t cullPlacements(PlacementList& list, const std::vector<Box>& boxes, const Camera& camera,

@@ -17,6 +17,15 @@ namespace volcomp {
 bool mayBeInView(const Camera& camera, int width_pixels, int height_pixels, const Vec3d& centre,
                  double radius);
 
+/// Distances from the eye, world units, of what may be in view.
+struct ViewedRange {
+    double nearest = 0, farthest = 0; ///< both 0 if nothing is
+};
+/// Of the balls around the placed boxes that may be in view (mayBeInView()); `boxes` are those that
+/// Placement::box names. Boxes without voxels do not count.
+ViewedRange viewedRange(const PlacementList& list, const std::vector<Box>& boxes,
+                        const Camera& camera, int width_pixels, int height_pixels);
+
 /// Drops the placements whose boxes are neither in the picture nor able to throw a shadow on a box
 /// that is in it; the order of the others is kept. Boxes without voxels are dropped. `boxes` are
 /// those that Placement::box names. Returns how many were dropped.

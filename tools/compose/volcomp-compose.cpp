@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "tools/shared/choice.h"
 #include "tools/shared/leave_out.h"
+#include "tools/shared/memory.h"
 #include "tools/shared/numbers.h"
 #include "tools/shared/place_stage.h"
 #include "tools/shared/read_boxes.h"
@@ -41,11 +41,6 @@ struct Options {
     double voxel = 0, max_memory_mb = 0;
     Stale stale = Stale::refused;
 };
-
-double machineMegabytes()
-{
-    return double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE)) / 1048576;
-}
 
 /// Throws Error if an output cannot be written, or is an input.
 void requireOutputs(const Tool& tool, const Options& options, const Scene& scene)

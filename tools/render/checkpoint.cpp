@@ -52,20 +52,23 @@ json parsed(const std::string& text)
 
 } // namespace
 
-json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
-                       const std::string& grid)
+json fileIdentity(const Scene& scene, const std::filesystem::path& volume, const std::string& grid)
+{
+    return {{"file", volumeIdentifier(volume, grid)},
+            {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau, grid) : 0}};
+}
+
+json renderFingerprint(const Scene& scene, const json& volume)
 {
     const Camera& c = scene.camera;
-    json print = {
-        {"version", VOLCOMP_VERSION},
-        {"volume", volumeIdentifier(volume, grid)},
-        {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau, grid) : 0},
-        {"settings", settingsOf(scene.render)},
-        {"camera",
-         {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up), c.field_of_view,
-          c.width}},
-        {"lights", json::array()},
-        {"materials", json::array()}};
+    json print = {{"version", VOLCOMP_VERSION},
+                  {"volume", volume},
+                  {"settings", settingsOf(scene.render)},
+                  {"camera",
+                   {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up),
+                    c.field_of_view, c.width}},
+                  {"lights", json::array()},
+                  {"materials", json::array()}};
     if (const Recipe skins = skinRecipe(scene); !skins.empty()) print["skins"] = skins.hash();
     if (const auto& dome = scene.render.dome; dome.kind == DomeKind::image) {
         Recipe image;

@@ -12,9 +12,13 @@
 namespace volcomp {
 
 /// Everything that a picture depends on: volume, settings, camera, lights, materials, skins and the
-/// program's version. Throws Error if the volume cannot be read.
-nlohmann::json renderFingerprint(const Scene& scene, const std::filesystem::path& volume,
-                                 const std::string& grid = {});
+/// program's version. `volume` says which volume it is, as one of the next two does.
+nlohmann::json renderFingerprint(const Scene& scene, const nlohmann::json& volume);
+
+/// Which volume a file holds, with the levels beside it if the settings use them. Throws Error if
+/// it cannot be read.
+nlohmann::json fileIdentity(const Scene& scene, const std::filesystem::path& volume,
+                            const std::string& grid = {});
 
 /// Writes the state of a render. The file appears under its name when it is complete. Throws Error
 /// if it cannot be written.

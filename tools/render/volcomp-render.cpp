@@ -15,6 +15,7 @@
 #include "volcomp/render/render.h"
 #include "tools/render/light_report.h"
 #include "tools/render/render_options.h"
+#include "tools/render/rendered_volume.h"
 #include "tools/shared/numbers.h"
 #include "volcomp/scene/scene_inputs.h"
 #include "volcomp/scene/scene.h"
@@ -52,12 +53,12 @@ public:
 };
 
 struct Options {
-    fs::path scene, volume, preview;
+    fs::path scene, volume, boxes, preview;
     std::vector<fs::path> outputs;
     std::string explain; ///< X,Y, or empty
     std::string grid;    ///< of the volume, or empty
     bool resume = false, write_levels = false;
-    double checkpoint_seconds = 20;
+    double checkpoint_seconds = 20, max_memory_mb = 0;
     Stale stale = Stale::refused;
 };
 
@@ -114,14 +115,14 @@ Image renderWatched(Tool& tool, const Options& options, const Scene& scene,
     });
 }
 
-void writePictures(const Tool& tool, const Options& options, const fs::path& volume,
+void writePictures(const Tool& tool, const Options& options, const std::string& volume,
                    const std::string& recipe, const nlohmann::json& settings, const Look& look,
                    const RenderStats& stats, const Image& image)
 {
     std::vector<std::pair<std::string, std::string>> about{
         {"Software", "volcomp"},
         {"volcomp/scene", options.scene.string()},
-        {"volcomp/volume", volume.string()},
+        {"volcomp/volume", volume},
         {"volcomp/recipe", recipe},
         {"volcomp/settings", settings.dump()}};
     for (const auto& output : options.outputs)
@@ -186,10 +187,12 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
 {
     constexpr int kMostLevels = 32; // more than any volume has
     std::vector<NamedFile> inputs = inputsOf(scene), outputs;
-    inputs.push_back({"the volume", volume});
+    if (options.boxes.empty()) inputs.push_back({"the volume", volume});
+    else
+        for (const NamedFile& box : boxFiles(scene, options.boxes)) inputs.push_back(box);
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     outputs.push_back({"--preview", options.preview});
-    for (int n = 1; n <= kMostLevels; ++n)
+    for (int n = 1; n <= (options.boxes.empty() ? kMostLevels : 0); ++n)
         (options.write_levels ? outputs : inputs).push_back({"a level", levelFile(volume, n)});
     if (usesCheckpoint(options)) {
         const fs::path checkpoint = checkpointOf(options);
@@ -273,6 +276,20 @@ nlohmann::json asJson(const RenderStats& stats, const std::vector<VoxelLevel>& l
             {"march_seconds", stats.march_seconds}};
 }
 
+/// The volume that the options name, from a file or from boxes. A file's voxels are not read yet.
+RenderedVolume volumeFor(Tool& tool, const Options& options, Scene& scene)
+{
+    if (!options.boxes.empty())
+        return volumeOfBoxes(tool, scene, {options.boxes, options.stale, options.max_memory_mb});
+    const fs::path file = volumeOf(options);
+    RenderedVolume volume;
+    volume.name = file.string();
+    volume.recipe = checkedRecipe(tool, scene, file, options.stale);
+    seeToLevels(tool, options, scene.render, file);
+    if (!options.outputs.empty()) volume.identity = fileIdentity(scene, file, options.grid);
+    return volume;
+}
+
 void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 {
     for (const auto& output : options.outputs) requirePictureName(output);
@@ -289,47 +306,50 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
         requirePixel(scene.render, pixel.x, pixel.y, "--explain");
     }
 
-    const fs::path volume = volumeOf(options);
-    requireOutputs(tool, options, scene, volume);
+    requireOutputs(tool, options, scene, options.boxes.empty() ? volumeOf(options) : fs::path());
     for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
-    const std::string volume_recipe = checkedRecipe(tool, scene, volume, options.stale);
-    seeToLevels(tool, options, scene.render, volume);
+    RenderedVolume volume = volumeFor(tool, options, scene);
     const fs::path checkpoint = checkpointOf(options);
     nlohmann::json fingerprint;
     RenderState state;
     if (!options.outputs.empty()) {
-        fingerprint = renderFingerprint(scene, volume, options.grid);
+        fingerprint = renderFingerprint(scene, volume.identity);
         state = startingState(tool, options, checkpoint, fingerprint);
     }
-    const std::vector<VoxelLevel> levels = tool.stage("load", [&](const Progress& progress) {
-        return readVoxelLevels(volume, scene.camera, scene.render, progress, options.grid);
-    });
+    if (options.boxes.empty())
+        volume.levels = tool.stage("load", [&](const Progress& progress) {
+            return readVoxelLevels(volumeOf(options), scene.camera, scene.render, progress,
+                                   options.grid);
+        });
     const auto skins = skinsOf(tool, scene);
-    for (const VoxelLevel& level : levels)
+    for (const VoxelLevel& level : volume.levels)
         for (const std::string& warning : level.tree->warnings()) tool.warn(warning);
     tool.stats["settings"] = settingsOf(scene.render);
     tool.stats["picture"] = lookOf(scene.look);
-    if (!options.explain.empty()) explainPixel(tool, options, scene, levels, skins.get());
+    if (!options.explain.empty()) explainPixel(tool, options, scene, volume.levels, skins.get());
     if (options.outputs.empty()) return;
 
     RenderStats stats;
-    const Image image = renderWatched(tool, options, scene, levels, skins.get(), checkpoint,
+    const Image image = renderWatched(tool, options, scene, volume.levels, skins.get(), checkpoint,
                                       std::move(state), fingerprint, stats);
-    tool.stats["render"] = asJson(stats, levels);
+    tool.stats["render"] = asJson(stats, volume.levels);
     tool.stats["light"] = lightStats(scene.lights, stats);
     tool.say(fmt::format("{} rays, {} shadow rays, {} shaded voxels in {:.2f} s, {} voxels",
                          stats.rays, stats.shadow_rays, stats.shaded_voxels, stats.march_seconds,
                          stats.active_voxels));
+    reportTiles(tool, volume);
     if (stats.openness_bytes > 0)
         tool.say(fmt::format("openness: {:.1f} MB in {:.2f} s", 1e-6 * double(stats.openness_bytes),
                              stats.openness_seconds));
     // The volume's own identity differs between machines; its recipe does not.
     nlohmann::json ingredients = fingerprint;
-    ingredients["volume"] = volume_recipe.empty() ? fingerprint["volume"].dump() : volume_recipe;
+    if (options.boxes.empty())
+        ingredients["volume"] =
+            volume.recipe.empty() ? fingerprint["volume"]["file"].dump() : volume.recipe;
     const std::string recipe = fmt::format("{:016x}", fnv1a(ingredients.dump()));
     tool.stats["recipe"] = recipe;
     tool.stage("write", [&](const Progress&) {
-        writePictures(tool, options, volume, recipe, tool.stats["settings"], scene.look, stats,
+        writePictures(tool, options, volume.name, recipe, tool.stats["settings"], scene.look, stats,
                       image);
     });
     std::error_code ignored;
@@ -350,9 +370,21 @@ void addOptions(CLI::App& app, Options& options)
            "--volume", options.volume,
            "Volume to render, any fog volume (default: volume.vdb beside the first picture)")
         ->type_name("FILE.vdb");
+    app.add_option("--boxes", options.boxes,
+                   "Directory of the boxes that volcomp-bake wrote: renders the scene from them, "
+                   "without a volume file. Voxels are made where rays look, of the size that the "
+                   "pixel there can show (compose.voxel_pixels)")
+        ->type_name("DIR")
+        ->excludes("--volume");
+    app.add_option("--max-memory", options.max_memory_mb,
+                   "With --boxes: memory of the whole program, in MB; what is not needed any more "
+                   "is let go of, and the picture stays the same; 0: half of the machine's")
+        ->capture_default_str()
+        ->check(realNumber(0));
     app.add_option("--grid", options.grid,
                    "Grid of the volume's file to take as the density (default: density)")
-        ->type_name("NAME");
+        ->type_name("NAME")
+        ->excludes("--boxes");
     app.add_option("--explain", options.explain,
                    "Print what the ray through the middle of this pixel meets, and what each light "
                    "adds there; counted from the picture's top left corner. No picture is needed "
@@ -372,7 +404,8 @@ void addWatchOptions(CLI::App& app, Options& options)
         ->type_name("FILE");
     app.add_flag("--write-levels", options.write_levels,
                  "First write the volume's coarser levels beside it (VOLUME.level1.vdb ...): "
-                 "renders with lod then read only those that they need");
+                 "renders with lod then read only those that they need")
+        ->excludes("--boxes");
     app.add_flag("--resume", options.resume,
                  "Go on where this render was stopped, to the same pixels");
     app.add_option("--checkpoint", options.checkpoint_seconds,
