@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/compose/virtual_composite.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <condition_variable>
 #include <mutex>
 #include <unordered_map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -60,24 +63,34 @@ struct Shared {
 class NodeCache {
 public:
     /// The sources of a node, which `find` finds if they are not kept; null if there are none.
-    /// Threads that ask for one node at once may all look them up, and one result is kept.
+    /// Of several threads that ask for one node at once, one finds them and the others wait, as a
+    /// node may have millions. `find` must not wait for other threads.
     template <class Find>
     const NodeSources* get(const Coord& node, const Find& find)
     {
         const std::uint64_t key = keyOf(node);
         Shard& shard = m_shards[key * 0x9e3779b97f4a7c15ULL >> 58];
-        {
-            const std::lock_guard lock(shard.mutex);
+        std::unique_lock lock(shard.mutex);
+        for (;;) {
             if (const auto found = shard.nodes.find(key); found != shard.nodes.end())
                 return found->second.get();
+            // Who waited for a node without sources looks it up again: that is quick.
+            if (std::find(shard.busy.begin(), shard.busy.end(), key) == shard.busy.end()) break;
+            shard.done.wait(lock);
         }
+        shard.busy.push_back(key);
+        lock.unlock();
+        const BusyNode busy(shard, key);
         auto sources = std::make_unique<const NodeSources>(find());
         if (sources->empty()) return nullptr;
+        const NodeSources* const kept = sources.get();
         const std::size_t bytes = sources->memoryBytes() + kEntryBytes;
-        const std::lock_guard lock(shard.mutex);
-        const auto [at, is_new] = shard.nodes.emplace(key, std::move(sources));
-        if (is_new) m_bytes += bytes;
-        return at->second.get();
+        {
+            const std::lock_guard again(shard.mutex);
+            shard.nodes.emplace(key, std::move(sources));
+        }
+        m_bytes += bytes;
+        return kept;
     }
     void clear()
     {
@@ -101,7 +114,27 @@ private:
 
     struct Shard {
         std::mutex mutex;
+        std::condition_variable done; ///< of a node that was in `busy`
         std::unordered_map<std::uint64_t, std::unique_ptr<const NodeSources>> nodes;
+        std::vector<std::uint64_t> busy; ///< nodes whose sources a thread is finding
+    };
+    /// Takes a node out of the busy ones, also if finding its sources has failed.
+    class BusyNode {
+    public:
+        BusyNode(Shard& shard, std::uint64_t key) : m_shard(shard), m_key(key) { }
+        ~BusyNode()
+        {
+            const std::lock_guard lock(m_shard.mutex);
+            std::vector<std::uint64_t>& busy = m_shard.busy;
+            busy.erase(std::find(busy.begin(), busy.end(), m_key));
+            m_shard.done.notify_all();
+        }
+        BusyNode(const BusyNode&) = delete;
+        BusyNode& operator=(const BusyNode&) = delete;
+
+    private:
+        Shard& m_shard;
+        std::uint64_t m_key;
     };
     std::array<Shard, 64> m_shards;
     std::atomic<std::size_t> m_bytes{0};
