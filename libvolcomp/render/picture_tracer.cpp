@@ -56,8 +56,7 @@ PictureTracer::PictureTracer(const std::vector<VoxelLevel>& levels,
                              const SkinTracer* skins)
     : m_params(validated(params, camera, lights)), m_crop(pixelsOf(params)),
       m_rays(camera, params.width, params.height),
-      m_tracer(levels, materialsOf(*levels.at(0).tree, materials), lights, params, m_rays, m_crop,
-               skins)
+      m_tracer(levels, materialsOf(*levels.at(0).tree, materials), lights, params, m_rays, skins)
 {
 }
 

@@ -58,14 +58,12 @@ struct LightLattice {
         spacing1 = spacing / std::max(s - s0, 1.0);
     }
 
-    /// Moves parallel rays so that on the plane at s they keep away from the faces of voxels, as
-    /// far as their spacing allows; for rays 2/3 voxel apart that is 1/6 voxel. Rays along an axis
-    /// then lie inside of a column of voxels.
-    void keepOffFaces(double s)
-    {
-        s0 = s;
-        origin[0] = origin[1] = 0.25 * spacing0;
-    }
+    /// Moves parallel rays so that they keep away from the faces of voxels, as far as their spacing
+    /// allows; for rays 2/3 voxel apart that is 1/6 voxel. They do so on the plane at 0, where the
+    /// volume's size makes no difference, and along an `axis` (0: b, 1: c) on the plane at s: rays
+    /// along an axis then lie inside of a column of voxels.
+    void keepOffFaces() { origin[0] = origin[1] = 0.25 * spacing0; }
+    void keepOffFaces(int axis, double s) { origin[axis] = 0.25 * spacing0 - slope[axis] * s; }
 
     double travel(const Vec3d& p) const { return sign * p[a]; } ///< s of a point
     double spacing(double s) const { return spacing0 + spacing1 * (s - s0); }

@@ -68,10 +68,12 @@ void ShadowSweep::alignWithColumns(const VoxelTree& tree, Field& field)
     LightLattice& l = field.lattice;
     const openvdb::CoordBBox& box = tree.bounds();
     const double extent = box.dim()[l.a];
-    l.keepOffFaces(l.sign * (box.min()[l.a] + 0.5 * extent));
-    // Rays that stray this far on their way through the volume stay in their column.
-    for (int axis = 0; axis < 2; ++axis)
+    l.keepOffFaces();
+    for (int axis = 0; axis < 2; ++axis) {
+        // Rays that stray this far on their way through the volume stay in their column.
         field.in_columns[axis] = std::abs(l.slope[axis]) * 0.5 * extent < 0.25 * l.spacing0;
+        if (field.in_columns[axis]) l.keepOffFaces(axis, l.sign * (box.min()[l.a] + 0.5 * extent));
+    }
 }
 
 const ShadowSweep::Field* ShadowSweep::fieldOf(std::size_t light, const Vec3d& L) const

@@ -32,7 +32,7 @@ double levelShift(int x, int y, int sample, int samples)
 LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
                              const std::vector<Material>& part_materials,
                              const std::vector<Light>& lights, const RenderParams& params,
-                             const CameraRays& rays, const Crop& crop, const SkinTracer* skins)
+                             const CameraRays& rays, const SkinTracer* skins)
     : m_materials(part_materials), m_soft(lights, params), m_params(params),
       m_skins(skins && !skins->empty() ? skins : nullptr)
 {
@@ -50,7 +50,7 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
         }
     }
     if (params.shadows == Shadows::sweep) {
-        mark(rays, crop);
+        mark(rays);
         for (Level& l : m_levels) sweep(l);
     }
     makeOpenness(rays.ray(0.5 * params.width, 0.5 * params.height).origin);
@@ -133,8 +133,9 @@ void LevelOfDetail::markLeaves(const CameraRay& ray, double shift,
     seen[last][place] = std::max(seen[last][place], float(std::exp(-depth)));
 }
 
-// Marks the leaves that rays through every other pixel see.
-void LevelOfDetail::mark(const CameraRays& rays, const Crop& crop)
+// Marks the leaves that rays through every other pixel see; of the whole picture, so that a crop
+// has its light.
+void LevelOfDetail::mark(const CameraRays& rays)
 {
     std::vector<std::vector<float>> none(m_levels.size());
     for (std::size_t n = 0; n < none.size(); ++n) none[n].resize(m_levels[n].tree->placeCount(), 0);
@@ -142,14 +143,14 @@ void LevelOfDetail::mark(const CameraRays& rays, const Crop& crop)
     const bool shifts =
         m_params.samples > 1 && m_levels.size() > 1 && m_levels[0].around != nullptr;
     const auto markRow = [&](int row) {
-        for (int x = 0; x < crop.width; x += 2) {
-            const CameraRay ray = rays.ray(crop.x + x + 0.5, crop.y + 2 * row + 0.5);
+        for (int x = 0; x < m_params.width; x += 2) {
+            const CameraRay ray = rays.ray(x + 0.5, 2 * row + 0.5);
             if (!shifts) markLeaves(ray, 1, local.local());
             for (const double shift : {1 / kMostShift, kMostShift})
                 if (shifts) markLeaves(ray, shift, local.local());
         }
     };
-    std::vector<char> done(std::size_t(crop.height + 1) / 2, 0);
+    std::vector<char> done(std::size_t(m_params.height + 1) / 2, 0);
     for (bool all = false; !all;) { // again after each time that tiles were let go of
         std::atomic<bool> left_out{false};
         tbb::parallel_for(std::size_t(0), done.size(), [&](std::size_t row) {

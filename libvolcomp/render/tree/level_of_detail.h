@@ -33,11 +33,11 @@ double levelShift(int x, int y, int sample, int samples);
 /// refer to it. trace() may be called from several threads at once.
 class LevelOfDetail {
 public:
-    /// `part_materials` holds the material of each part of the trees. `rays` and `crop` are the
+    /// `part_materials` holds the material of each part of the trees. `rays` are the
     /// picture's: light is swept where its rays look. `skins` may be null, and must outlive this.
     LevelOfDetail(const std::vector<VoxelLevel>& levels,
                   const std::vector<Material>& part_materials, const std::vector<Light>& lights,
-                  const RenderParams& params, const CameraRays& rays, const Crop& crop,
+                  const RenderParams& params, const CameraRays& rays,
                   const SkinTracer* skins = nullptr);
 
     LevelOfDetail(const LevelOfDetail&) = delete;
@@ -72,7 +72,7 @@ private:
     };
     void makeOpenness(const Vec3d& eye);
     std::shared_ptr<const Openness> opennessAround(const Level& level, const Vec3d& eye) const;
-    void mark(const CameraRays& rays, const Crop& crop);
+    void mark(const CameraRays& rays);
     void markLeaves(const CameraRay& ray, double shift,
                     std::vector<std::vector<float>>& seen) const;
     void sweep(Level& level);

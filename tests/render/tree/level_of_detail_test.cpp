@@ -59,7 +59,7 @@ TEST(LevelOfDetail, LevelsMeetWithoutGapsOrOverlap)
             const std::vector<VoxelLevel> in_use =
                 voxelLevels(std::make_shared<const VoxelTree>(volume), camera, params);
             EXPECT_GE(in_use.size(), 2u);
-            const LevelOfDetail levels(in_use, {material}, {light}, params, rays, {0, 0, 2, 2});
+            const LevelOfDetail levels(in_use, {material}, {light}, params, rays);
             Integrator::Scratch scratch;
             const CameraRay ray = rays.ray(0.9, 1.2);
             const RaySample sample = levels.trace(ray.origin, ray.direction, scratch);

@@ -209,6 +209,29 @@ TEST(TileStore, ShowsThePictureOfTheCompleteTree)
         }
 }
 
+// Light is the whole picture's, so it is the same in a crop of it.
+TEST(TileStore, ACropShowsThePixelsOfTheWhole)
+{
+    const Volume volume = twoParts();
+    for (const bool complete : {false, true}) {
+        RenderParams params = smallPicture(Shadows::sweep);
+        const auto picture = [&] {
+            VoxelLevel level;
+            level.tree = complete ? std::make_shared<const VoxelTree>(volume)
+                                  : std::make_shared<const VoxelTree>(
+                                      std::make_shared<VolumeTiles>(volume), gigabyte());
+            return render({level}, materials(), cameraFor(50), twoLights(), params);
+        };
+        const Image whole = picture();
+        params.crop = {23, 17, 11, 9};
+        const Image crop = picture();
+        for (int y = 0; y < crop.height; ++y)
+            for (int x = 0; x < crop.width; ++x)
+                for (std::size_t c = 0; c < crop.channels.size(); ++c)
+                    EXPECT_EQ(crop.pixel(x, y)[c], whole.pixel(x + 23, y + 17)[c]) << x << " " << y;
+    }
+}
+
 TEST(TileStore, ShowsTheSamePictureWithLittleMemory)
 {
     const Volume volume = twoParts();
