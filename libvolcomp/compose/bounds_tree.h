@@ -2,12 +2,13 @@
 // Which of many things, such as placements, may lie in a part of space.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
-#include <openvdb/math/BBox.h>
+#include <openvdb/Types.h>
 
 namespace volcomp {
 
