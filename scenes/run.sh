@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Bakes, composes and renders one scene: scenes/run.sh NAME [SIZE]
+# Bakes the boxes of one scene and renders it from them: scenes/run.sh NAME [SIZE]
 # makes out/NAME/NAME.exr and .png from scenes/NAME.toml; if NAME is in a folder (tutorial/2_comb),
 # the picture has its last part (out/tutorial/2_comb/2_comb.exr). Installs and builds what is missing
 # first. SIZE (WIDTHxHEIGHT) overrides the scene's picture size.
@@ -20,9 +20,6 @@ size=${2:+--size $2}
 out=$root/out/$name
 mkdir -p "$out"
 cd "$root"
-# Large pages: volumes are gigabytes.
-export GLIBC_TUNABLES=glibc.malloc.hugetlb=1
-
 maker=$name
 case $name in tutorial/*) maker=hello ;; esac # which stands on the same ball
 for script in "$scenes/$maker"/make_*.py; do
@@ -38,9 +35,7 @@ for script in "$scenes/$maker"/make_*.py; do
 done
 say "baking"
 "$bin/volcomp-bake" "scenes/$name.toml" -o "out/$name/boxes" --stats "out/$name/bake.json"
-say "composing"
-"$bin/volcomp-compose" "scenes/$name.toml" --boxes "out/$name/boxes" -o "out/$name/volume.vdb" --stats "out/$name/compose.json"
 say "rendering"
 # shellcheck disable=SC2086
-"$bin/volcomp-render" "scenes/$name.toml" --volume "out/$name/volume.vdb" $size -o "$picture.exr" -o "$picture.png" --stats "out/$name/render.json"
+"$bin/volcomp-render" "scenes/$name.toml" --boxes "out/$name/boxes" $size -o "$picture.exr" -o "$picture.png" --stats "out/$name/render.json"
 say "$picture.png and .exr are ready"

@@ -21,7 +21,7 @@ struct ComposeParams {
     /// picture; compose() itself wants a number above 0.
     double voxel = 0;
     /// That edge in pixels, at the nearest point of a surface that the camera sees.
-    double voxel_pixels = 0.5;
+    double voxel_pixels = 1;
     /// Voxels are kept if their density, in 1 / length, is above this.
     double minimum_density = 0;
     /// And if their optical depth, density times edge, is above this, as in baking: less is not

@@ -6,11 +6,13 @@ namespace volcomp {
 ComposeParams readCompose(TableReader& r)
 {
     ComposeParams c;
-    c.voxel = r.number({"voxel", "m", "edge of a voxel; 0: from the camera and the picture"},
-                       c.voxel, kNotNegative);
+    c.voxel = r.number(
+        {"voxel", "m",
+         "edge of a voxel of a file; 0: from the camera and the picture. volcomp-render --boxes makes none that are finer"},
+        c.voxel, kNotNegative);
     c.voxel_pixels = r.number(
         {"voxel_pixels", "pixels",
-         "edge of a voxel if 'voxel' is 0, at the nearest point of a surface that the camera sees"},
+         "edge of a voxel at most, wherever the camera sees it (volcomp-render --boxes); in a file, if 'voxel' is 0, at the nearest point of a surface that it sees"},
         c.voxel_pixels, {0.01, 1000});
     c.keep = r.choice<Kept>(
         {"keep", "",

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene rendered from its boxes, without a volume file.
+#include <cmath>
+
+#include "tests/tools/programs.h"
+#include "volcomp/view/image.h"
+
+namespace volcomp {
+namespace {
+
+// At least one pixel wide everywhere, so that all of the picture is of one level.
+constexpr const char* kVoxel = "voxel = 0.08";
+
+class Boxes : public Programs {
+protected:
+    Image picture(const std::string& source, const std::string& more = "")
+    {
+        const Outcome rendered = run("render", "scene.toml " + source + " -o a.exr " + more);
+        EXPECT_EQ(rendered.status, 0) << rendered.output;
+        return readImage(path("a.exr"));
+    }
+    /// RMSE of the colours over the mean of b's.
+    static double difference(const Image& a, const Image& b)
+    {
+        double squares = 0, sum = 0, count = 0;
+        for (int y = 0; y < b.height; ++y)
+            for (int x = 0; x < b.width; ++x)
+                for (int c = 0; c < 3; ++c, ++count) {
+                    const double d = double(a.pixel(x, y)[c]) - double(b.pixel(x, y)[c]);
+                    squares += d * d;
+                    sum += double(b.pixel(x, y)[c]);
+                }
+        return std::sqrt(squares * count) / sum;
+    }
+};
+
+} // namespace
+
+// The file has its densities as half floats.
+TEST_F(Boxes, ShowWhatTheComposedFileShows)
+{
+    writeSceneWith("voxel = 0.02", kVoxel);
+    bakeAndCompose();
+    for (const std::string shadows : {"exact", "sweep", "none"}) {
+        const std::string more = "--samples 2 --shadows " + shadows;
+        const Image file = picture("--volume volume.vdb", more),
+                    boxes = picture("--boxes boxes", more);
+        EXPECT_LT(difference(boxes, file), shadows == "sweep" ? 3e-3 : 5e-4) << shadows;
+    }
+}
+
+TEST_F(Boxes, ACropAndAnyMemoryShowTheSame)
+{
+    ASSERT_EQ(bake().status, 0);
+    const std::string more = "--samples 2 --scattering multiple";
+    const Image whole = picture("--boxes boxes", more + " --stats a.json"),
+                crop = picture("--boxes boxes", more + " --crop 11,9,20,13");
+    for (int y = 0; y < 13; ++y)
+        for (int x = 0; x < 20; ++x)
+            for (int c = 0; c < 4; ++c)
+                EXPECT_EQ(crop.pixel(x, y)[c], whole.pixel(x + 11, y + 9)[c]) << x << " " << y;
+    const nlohmann::json stats = readJson("a.json");
+    EXPECT_GT(stats["tiles"]["peak_bytes"], 1000);
+    EXPECT_GT(stats["tiles"]["levels"].size(), 1u);
+    // With little left for tiles beside the program itself, which takes as much as it takes.
+    const double own = stats["tiles"]["process_peak_mb"], need = 45;
+    const Image little =
+        picture("--boxes boxes", more + " --max-memory " + std::to_string(int(own + need)));
+    EXPECT_EQ(little.pixels, whole.pixels);
+}
+
+// More pixels, finer voxels.
+TEST_F(Boxes, VoxelsFollowThePicture)
+{
+    writeSceneWith({{"voxel = 0.02", "voxel_pixels = 0.7"}, {"voxel = 0.01", "voxel = 0.001"}});
+    ASSERT_EQ(bake().status, 0);
+    picture("--boxes boxes", "--stats small.json --samples 1");
+    picture("--boxes boxes", "--stats large.json --samples 1 --size 96x64");
+    const double small = readJson("small.json")["tiles"]["levels"][0]["voxel_m"],
+                 large = readJson("large.json")["tiles"]["levels"][0]["voxel_m"];
+    EXPECT_NEAR(small, 2 * large, 1e-6);
+    // The nearest corner of the tufts is about 1.9 m away; pixels are 2 tan(20 degrees) / 48 of
+    // the distance wide.
+    EXPECT_NEAR(small, 0.7 * 2 * std::tan(20 * M_PI / 180) / 48 * 1.9, 0.2 * small);
+}
+
+TEST_F(Boxes, FailWithOneMessage)
+{
+    expectFailure(run("render", "scene.toml --boxes boxes -o a.exr"),
+                  {"the box 'tuft', variant 1", "Run volcomp-bake first"}, "a.exr");
+    ASSERT_EQ(bake().status, 0);
+    expectFailure(run("render", "scene.toml --boxes boxes -o a.exr --max-memory 1"),
+                  {"--max-memory: expected at least", "found 1 MB"}, "a.exr");
+    expectFailure(run("render", "scene.toml --boxes boxes -o a.exr --filter trilinear"),
+                  {"filter: expected \"box\"", "volcomp-compose"}, "a.exr");
+    writeSceneWith("length = 0.2", "length = 0.3");
+    expectFailure(run("render", "scene.toml --boxes boxes -o a.exr"),
+                  {"box.tuft.level.1.length was 0.2 and is 0.3 now"}, "a.exr");
+    EXPECT_EQ(run("render", "scene.toml --boxes boxes -o a.exr --allow-stale").status, 0);
+}
+
+TEST_F(Boxes, ALayerWithoutBoxesIsWell)
+{
+    writeSceneWith("density = 60", "density = 0");
+    ASSERT_EQ(bake().status, 0);
+    const Image image = picture("--boxes boxes", "--samples 1");
+    EXPECT_EQ(image.width, 48);
+}
+
+} // namespace volcomp
