@@ -156,6 +156,14 @@ void TargetSources::forTilesOf(std::size_t placement, const openvdb::CoordBBox* 
     if (const LevelOfBox level = levelOf(p); level.part) placed(p, level).forTiles(among, visit);
 }
 
+void TargetSources::forGroupsOf(
+    std::size_t placement, const openvdb::CoordBBox& among,
+    const std::function<bool(const openvdb::CoordBBox& tiles, bool last)>& visit) const
+{
+    const Placement& p = m_placements[placement];
+    if (const LevelOfBox level = levelOf(p); level.part) placed(p, level).forGroups(among, visit);
+}
+
 void TargetSources::forTilesOf(const Skin& skin, std::int32_t triangle,
                                const openvdb::CoordBBox* among,
                                const std::function<void(const openvdb::Coord&)>& visit) const

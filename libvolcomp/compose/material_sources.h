@@ -72,7 +72,11 @@ public:
     /// are coordinates of tiles; null: all, and then placements that reach too far are errors.
     void forTilesOf(std::size_t placement, const openvdb::CoordBBox* among,
                     const std::function<void(const openvdb::Coord&)>& visit) const;
-    /// The same for a triangle of one of the material's own skins.
+    /// See PlacedBox::forGroups().
+    void
+    forGroupsOf(std::size_t placement, const openvdb::CoordBBox& among,
+                const std::function<bool(const openvdb::CoordBBox& tiles, bool last)>& visit) const;
+    /// The same as forTilesOf() for a triangle of one of the material's own skins.
     void forTilesOf(const Skin& skin, std::int32_t triangle, const openvdb::CoordBBox* among,
                     const std::function<void(const openvdb::Coord&)>& visit) const;
 

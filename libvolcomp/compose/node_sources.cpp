@@ -9,44 +9,81 @@
 namespace volcomp {
 namespace {
 
+using Tiles = std::bitset<kTilesOfNode>;
+
 /// Collects pairs of a list and a source as numbers that sort by list, then by source.
 class PairCollector {
 public:
-    PairCollector(const openvdb::Coord& node) : m_tiles(tilesOf(node)) { }
+    explicit PairCollector(const openvdb::Coord& node) : m_tiles(tilesOf(node)) { }
 
     void add(const TargetSources& sources, std::size_t material, std::uint32_t placement)
     {
+        const std::size_t before = m_pairs.size();
         sources.forTilesOf(placement, &m_tiles,
                            [&](const openvdb::Coord& t) { append(material, t, placement); });
+        if (m_pairs.size() - before <= kFewTiles)
+            for (std::size_t i = before; i < m_pairs.size(); ++i) m_reached.set(tileOf(m_pairs[i]));
+        else
+            sources.forGroupsOf(
+                placement, m_tiles,
+                [&](const openvdb::CoordBBox& tiles, bool last) { return !reach(tiles, last); });
     }
     void add(const TargetSources& sources, std::size_t material, std::uint32_t source,
              const Skin& skin, std::size_t triangle)
     {
         sources.forTilesOf(skin, static_cast<std::int32_t>(triangle), &m_tiles,
-                           [&](const openvdb::Coord& t) { append(material, t, source); });
+                           [&](const openvdb::Coord& t) {
+                               append(material, t, source);
+                               m_reached.set(numberOf(t));
+                           });
     }
+    /// Those of the tiles that anything reaches. Their lists are whole: a box that misses the tile
+    /// with its voxels, but not with its bounds, counts for the weights of ties.
     std::vector<std::uint64_t> sorted()
     {
+        m_pairs.erase(std::remove_if(m_pairs.begin(), m_pairs.end(),
+                                     [&](std::uint64_t pair) { return !m_reached[tileOf(pair)]; }),
+                      m_pairs.end());
         std::sort(m_pairs.begin(), m_pairs.end());
         return std::move(m_pairs);
     }
 
 private:
+    /// Beyond so many tiles of a placement it is worth while to look which ones its voxels reach.
+    static constexpr std::size_t kFewTiles = 8;
+
     static openvdb::CoordBBox tilesOf(const openvdb::Coord& node)
     {
         const openvdb::Coord first(node[0] >> 4, node[1] >> 4, node[2] >> 4);
         static_assert(kTileDim == TileAccumulator::kSize && kTileDim == 1 << 4);
         return {first, first.offsetBy(kNodeDim / kTileDim - 1)};
     }
+    static std::size_t numberOf(const openvdb::Coord& t)
+    {
+        return static_cast<std::size_t>(
+            tileInNode(t[0] * kTileDim, t[1] * kTileDim, t[2] * kTileDim));
+    }
+    static std::size_t tileOf(std::uint64_t pair) { return pair >> 32 & (kTilesOfNode - 1); }
+
     void append(std::size_t material, const openvdb::Coord& t, std::uint32_t source)
     {
-        const auto tile =
-            static_cast<std::size_t>(tileInNode(t[0] * kTileDim, t[1] * kTileDim, t[2] * kTileDim));
-        m_pairs.push_back(std::uint64_t(material * kTilesOfNode + tile) << 32 | source);
+        m_pairs.push_back(std::uint64_t(material * kTilesOfNode + numberOf(t)) << 32 | source);
+    }
+    /// Marks tiles that a group of voxels reaches. Returns false if smaller groups are to be looked
+    /// at instead.
+    bool reach(const openvdb::CoordBBox& tiles, bool last)
+    {
+        Tiles all;
+        for (auto t = tiles.begin(); t != tiles.end(); ++t) all.set(numberOf(*t));
+        if ((all & ~m_reached).none()) return true;
+        if (!last && all.count() > 1) return false;
+        m_reached |= all;
+        return true;
     }
 
     openvdb::CoordBBox m_tiles;
     std::vector<std::uint64_t> m_pairs;
+    Tiles m_reached; ///< by anything that is added
 };
 
 /// The node in the world, grown on all sides.

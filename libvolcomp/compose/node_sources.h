@@ -13,7 +13,8 @@
 
 namespace volcomp {
 
-/// Lists for each material and tile, in the order in which sources are added.
+/// Lists for each material and tile that sources reach, in the order in which they are added. Tiles
+/// that lie in the bounds of boxes alone, and not where their voxels are, have no lists.
 class NodeSources {
 public:
     /// For the node whose first voxel is `node`. `materials` are all at the same `voxel`. Throws

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -112,6 +113,66 @@ void PlacedBox::forTiles(const openvdb::CoordBBox* among,
         visit(tile);
     };
     forTilesBetween(centre - half, centre + half, among, "placement", visitIfReached);
+}
+
+/// The tiles that bounds in voxels of the box reach.
+openvdb::CoordBBox PlacedBox::tilesOf(const SourceBounds& bounds) const
+{
+    // Wider than in forTiles(), as positions are rounded.
+    const Vec3d centre = m_root + mapped(bounds.centre),
+                half = span(bounds.half) + Vec3d(0.5 * m_width + 1e-2);
+    openvdb::Coord from, to;
+    for (int i = 0; i < 3; ++i) {
+        const auto tile = [](double voxel) {
+            return static_cast<int>(std::floor(std::clamp(voxel, -1e9, 1e9) / kTile));
+        };
+        from[i] = tile(centre[i] - half[i]);
+        to[i] = tile(centre[i] + half[i]);
+    }
+    return {from, to};
+}
+
+void PlacedBox::forGroups(
+    const openvdb::CoordBBox& among,
+    const std::function<bool(const openvdb::CoordBBox& tiles, bool last)>& visit) const
+{
+    struct Group {
+        std::size_t list, number; ///< list 0: a voxel; n + 1: of SourcePart::bounds_of[n]
+    };
+    std::vector<Group> waiting;
+    const auto push = [&](std::size_t list, std::size_t first) {
+        constexpr std::size_t kTogether = BoundsList::kTogether;
+        static_assert(kTogether == SourcePart::kRun);
+        const std::size_t size =
+            list == 0 ? m_part.voxels.size() : m_part.bounds_of[list - 1].size();
+        for (std::size_t n = first; n < std::min(first + kTogether, size); ++n)
+            waiting.push_back({list, n});
+    };
+    push(m_part.bounds_of.size(), 0);
+    while (!waiting.empty()) {
+        const Group group = waiting.back();
+        waiting.pop_back();
+        const SourceBounds bounds = boundsOf(group.list, group.number);
+        if (bounds.half[0] < 0) continue; // it fills up the list
+        openvdb::CoordBBox tiles = tilesOf(bounds);
+        tiles.intersect(among);
+        if (!tiles.empty() && visit(tiles, group.list == 0) && group.list > 0)
+            push(group.list - 1, group.number * BoundsList::kTogether);
+    }
+}
+
+/// One of the part's bounds, of the list before `list`; for list 0 the bounds of the middles of the
+/// parts into which a voxel is divided.
+SourceBounds PlacedBox::boundsOf(std::size_t list, std::size_t number) const
+{
+    if (list == 0)
+        return {Vec3f(m_part.x[number], m_part.y[number], m_part.z[number]),
+                Vec3f(0.5f - 0.5f / float(m_divisions))};
+    const auto& values = m_part.bounds_of[list - 1].values;
+    const auto at = [&](int first) {
+        return Vec3f(values[first][number], values[first + 1][number], values[first + 2][number]);
+    };
+    return {at(0), at(3)};
 }
 
 BoxInTile PlacedBox::inTile(const openvdb::Coord& tile_origin, float weight) const

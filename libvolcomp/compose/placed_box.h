@@ -29,6 +29,13 @@ public:
     void forTiles(const openvdb::CoordBBox* among,
                   const std::function<void(const openvdb::Coord&)>& visit) const;
 
+    /// Calls `visit` with ranges of tiles of `among` that together hold all that the box may add to
+    /// these: the bounds of its voxels in ever smaller groups. `visit` returns whether it wants
+    /// those of the smaller groups instead; `last` says that it is a voxel.
+    void
+    forGroups(const openvdb::CoordBBox& among,
+              const std::function<bool(const openvdb::CoordBBox& tiles, bool last)>& visit) const;
+
     /// Adds what falls into the tile whose first voxel is `tile_origin`. The sum of directions is
     /// multiplied by `weight`, which is close to 1: the strongest of equal directions wins. `tint`
     /// may be null.
@@ -38,6 +45,8 @@ public:
 private:
     friend class BoxTint;
 
+    SourceBounds boundsOf(std::size_t list, std::size_t number) const;
+    openvdb::CoordBBox tilesOf(const SourceBounds& bounds) const;
     BoxInTile inTile(const openvdb::Coord& tile_origin, float weight) const;
     /// Turns and scales a vector that is given in voxels of the box.
     Vec3d mapped(const Vec3f& p) const;

@@ -342,6 +342,30 @@ TEST(VirtualComposite, TilesDoNotDependOnOrderAndThreads)
     }
 }
 
+TEST(VirtualComposite, TilesThatAreInABoxsBoundsAloneAreEmpty)
+{
+    // A strand through the box's diagonal, 300 voxels long, turned anyhow: it lies in a few tiles
+    // of the thousands that the bounds have.
+    Box box{"diagonal", 0, {}};
+    VolumePart part = fullPart(0.01);
+    for (int k = 0; k < 300; ++k) set(part, Coord(k, k, k), 20, {0, 1, 0}, Vec3f(1.0f));
+    box.volume.parts.push_back(part);
+    for (const double scale : {0.4, 1.0, 1.4}) {
+        const PlacedScene scene = placedBoxes({randomPlacement(3, 0.2, scale, scale)});
+        const VirtualComposite composite({box}, scene, paramsOf(Kept::integral), 0.01, 1);
+        const std::vector<TileOfLevel> tiles = allTiles(composite);
+        std::size_t filled = 0;
+        TileVoxels voxels;
+        for (const TileOfLevel& t : tiles) {
+            composite.level(0).make(t.tile, voxels);
+            filled += std::any_of(voxels.begin(), voxels.end(),
+                                  [](const BlockVoxels& b) { return !b[0].density.empty(); });
+        }
+        EXPECT_GT(filled, 10 * scale);
+        EXPECT_LT(double(tiles.size()), 2.0 * double(filled));
+    }
+}
+
 TEST(VirtualComposite, NodesWithoutSourcesCostNothingAndListsCanBeForgotten)
 {
     const std::vector<Box> boxes = someBoxes(0.01, 7);
