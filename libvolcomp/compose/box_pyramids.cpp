@@ -2,6 +2,7 @@
 #include "volcomp/compose/box_pyramids.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -41,6 +42,19 @@ std::vector<BlockedFactors> blockedOf(const Pyramid& levels, const Scales& scale
     return blocked;
 }
 
+Pyramids pyramidsOf(std::vector<SourcePart> parts, const Scales& scales, double voxel, Kept keep)
+{
+    Pyramids pyramids(parts.size());
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        Pyramid& levels = pyramids[p];
+        levels.push_back(std::move(parts[p]));
+        for (int n = levelFor(levels[0].voxel * scales.smallest / voxel);
+             n > 0 && levels.back().voxels.size() > 1; --n)
+            levels.push_back(coarsen(levels.back(), keep));
+    }
+    return pyramids;
+}
+
 std::size_t bytesOf(const SourcePart& p)
 {
     std::size_t floats = p.squares.capacity() + p.x.capacity() + p.y.capacity() + p.z.capacity();
@@ -71,24 +85,32 @@ std::size_t BoxSources::bytes() const
 BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
                      Kept keep)
 {
+    const std::vector<Scales> scales = scalesOf(scene, boxes.size());
+    std::vector<PackedBox> packed(boxes.size());
+    tbb::parallel_for(std::size_t(0), boxes.size(), [&](std::size_t b) {
+        if (scales[b].largest > 0) packed[b] = packBox(boxes[b]);
+    });
+    return packBoxes(std::move(packed), scene, voxel, keep);
+}
+
+BoxSources packBoxes(std::vector<PackedBox> boxes, const PlacedScene& scene, double voxel,
+                     Kept keep)
+{
     BoxSources packed;
     packed.boxes.resize(boxes.size());
     packed.scales = scalesOf(scene, boxes.size());
+    tbb::parallel_for(std::size_t(0), boxes.size(), [&](std::size_t b) {
+        PackedBox box = std::move(boxes[b]);
+        if (packed.scales[b].largest > 0)
+            packed.boxes[b] = pyramidsOf(std::move(box.parts), packed.scales[b], voxel, keep);
+    });
     const auto addMaterial = [&](const std::string& m) {
         if (std::find(packed.materials.begin(), packed.materials.end(), m)
             == packed.materials.end())
             packed.materials.push_back(m);
     };
-    for (std::size_t b = 0; b < boxes.size(); ++b)
-        if (packed.scales[b].largest > 0)
-            for (const VolumePart& part : boxes[b].volume.parts) {
-                packed.boxes[b].push_back({packPart(part, boxes[b].name)});
-                Pyramid& levels = packed.boxes[b].back();
-                for (int n = levelFor(levels[0].voxel * packed.scales[b].smallest / voxel);
-                     n > 0 && levels.back().voxels.size() > 1; --n)
-                    levels.push_back(coarsen(levels.back(), keep));
-                addMaterial(part.material);
-            }
+    for (const Pyramids& box : packed.boxes)
+        for (const Pyramid& levels : box) addMaterial(levels[0].material);
     for (const Skin& skin : skinsOf(scene)) addMaterial(skin.material());
     return packed;
 }

@@ -36,6 +36,9 @@ struct BoxSources {
 /// target can be composed, too. Throws the Errors of packPart().
 BoxSources packBoxes(const std::vector<Box>& boxes, const PlacedScene& scene, double voxel,
                      Kept keep);
+/// The same of boxes that are packed already. Those that are not placed are let go of.
+BoxSources packBoxes(std::vector<PackedBox> boxes, const PlacedScene& scene, double voxel,
+                     Kept keep);
 
 /// Level of the pyramid for a box whose voxel, as placed, has `step` times the edge of the
 /// target's: the coarsest level whose voxels are not larger than the target's.

@@ -194,8 +194,14 @@ void setBounds(SourcePart& s)
     if (s.voxels.empty()) return;
     constexpr auto kTogether = static_cast<std::size_t>(BoundsList::kTogether);
     std::vector<SourceBounds> members = boundsOfRuns(s);
-    for (std::vector<float>* c : {&s.x, &s.y, &s.z})
+    for (std::vector<float>* c : {&s.x, &s.y, &s.z}) {
+        c->reserve(members.size() * SourcePart::kRun); // no more than that
         c->resize(members.size() * SourcePart::kRun, 1e30f);
+        c->shrink_to_fit();
+    }
+    s.voxels.shrink_to_fit();
+    s.squares.shrink_to_fit();
+    s.scatter_ratios.shrink_to_fit();
     do {
         BoundsList& list = s.bounds_of.emplace_back();
         std::vector<SourceBounds> groups;
@@ -241,6 +247,16 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     if (!s.squares.empty()) s.dimension = dimensionOf(s);
     setBounds(s);
     return s;
+}
+
+PackedBox packBox(const Box& box)
+{
+    PackedBox packed;
+    packed.parts.reserve(box.volume.parts.size());
+    for (const VolumePart& part : box.volume.parts)
+        packed.parts.push_back(packPart(part, box.name));
+    packed.bounds = boundsOf(box);
+    return packed;
 }
 
 } // namespace volcomp

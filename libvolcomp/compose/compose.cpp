@@ -82,18 +82,11 @@ PackedPart composePart(const TileSources& sources, const Progress& progress)
     return part;
 }
 
-/// The bounds of each box's active voxels, in its own space; empty ones for a box without any.
 std::vector<openvdb::BBoxd> boundsOf(const std::vector<Box>& boxes)
 {
-    std::vector<openvdb::BBoxd> bounds(boxes.size());
-    for (std::size_t b = 0; b < boxes.size(); ++b)
-        for (const VolumePart& part : boxes[b].volume.parts) {
-            const openvdb::CoordBBox voxels = part.density->evalActiveVoxelBoundingBox();
-            if (voxels.empty()) continue;
-            const double edge = part.density->voxelSize()[0];
-            bounds[b].expand((voxels.min().asVec3d() - Vec3d(0.5)) * edge);
-            bounds[b].expand((voxels.max().asVec3d() + Vec3d(0.5)) * edge);
-        }
+    std::vector<openvdb::BBoxd> bounds;
+    bounds.reserve(boxes.size());
+    for (const Box& box : boxes) bounds.push_back(volcomp::boundsOf(box));
     return bounds;
 }
 
@@ -198,7 +191,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>
 PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, const Progress& progress)
 {
-    checkComposeInput(boxes, scene, params);
+    checkComposeInput(boxes.size(), scene, params);
     checkReach(boundsOf(boxes), scene, params.voxel);
     const BoxSources packed = packBoxes(boxes, scene, params.voxel, params.keep);
     const BlockedTable blocked = findBlocked(packed, params.voxel, params.keep);
@@ -219,7 +212,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
 ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene& scene,
                                 const ComposeParams& params)
 {
-    checkComposeInput(boxes, scene, params);
+    checkComposeInput(boxes.size(), scene, params);
     const std::vector<openvdb::BBoxd> bounds = boundsOf(boxes);
     checkReach(bounds, scene, params.voxel);
     ComposeParams coarse = params;

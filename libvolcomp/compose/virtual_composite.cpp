@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/node_index.h"
@@ -35,8 +36,8 @@ constexpr std::size_t kWorkerBytes = std::size_t(5) << 19; ///< about, most of i
 
 /// What all levels share.
 struct Shared {
-    Shared(const std::vector<Box>& boxes, const PlacedScene& scene, double coarsest, Kept keep)
-        : packed(packBoxes(boxes, scene, coarsest, keep)), skins(skinsOf(scene)),
+    Shared(std::vector<PackedBox> boxes, const PlacedScene& scene, double coarsest, Kept keep)
+        : packed(packBoxes(std::move(boxes), scene, coarsest, keep)), skins(skinsOf(scene)),
           tree(packed, scene, skins)
     {
         materials.reserve(packed.materials.size());
@@ -270,9 +271,9 @@ void checkReach(const openvdb::BBoxd& bounds, double voxel)
 } // namespace
 
 struct VirtualComposite::Impl {
-    Impl(const std::vector<Box>& boxes, const PlacedScene& scene, const ComposeParams& params,
+    Impl(std::vector<PackedBox> boxes, const PlacedScene& scene, const ComposeParams& params,
          double finest, int count, const Progress& progress)
-        : shared(boxes, scene, std::ldexp(finest, count - 1), params.keep)
+        : shared(std::move(boxes), scene, std::ldexp(finest, count - 1), params.keep)
     {
         checkReach(shared.tree.bounds(finest), finest);
         for (int n = 0; n < count; ++n) {
@@ -289,8 +290,8 @@ struct VirtualComposite::Impl {
 
 namespace {
 
-ComposeParams checked(const std::vector<Box>& boxes, const PlacedScene& scene,
-                      const ComposeParams& params, double finest, int levels)
+ComposeParams checked(std::size_t boxes, const PlacedScene& scene, const ComposeParams& params,
+                      double finest, int levels)
 {
     ComposeParams at_finest = params;
     at_finest.voxel = finest;
@@ -300,13 +301,28 @@ ComposeParams checked(const std::vector<Box>& boxes, const PlacedScene& scene,
     return at_finest;
 }
 
+std::vector<PackedBox> allPacked(const std::vector<Box>& boxes)
+{
+    std::vector<PackedBox> packed(boxes.size());
+    tbb::parallel_for(std::size_t(0), boxes.size(),
+                      [&](std::size_t b) { packed[b] = packBox(boxes[b]); });
+    return packed;
+}
+
 } // namespace
+
+VirtualComposite::VirtualComposite(std::vector<PackedBox> boxes, const PlacedScene& scene,
+                                   const ComposeParams& params, double finest, int levels,
+                                   const Progress& progress)
+{
+    const ComposeParams at_finest = checked(boxes.size(), scene, params, finest, levels);
+    m_impl = std::make_unique<Impl>(std::move(boxes), scene, at_finest, finest, levels, progress);
+}
 
 VirtualComposite::VirtualComposite(const std::vector<Box>& boxes, const PlacedScene& scene,
                                    const ComposeParams& params, double finest, int levels,
                                    const Progress& progress)
-    : m_impl(std::make_unique<Impl>(boxes, scene, checked(boxes, scene, params, finest, levels),
-                                    finest, levels, progress))
+    : VirtualComposite(allPacked(boxes), scene, params, finest, levels, progress)
 {
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "volcomp/base/progress.h"
+#include "volcomp/compose/box_source.h"
 #include "volcomp/compose/compose_params.h"
 #include "volcomp/place/placed_scene.h"
 #include "volcomp/volume/tile_maker.h"
@@ -27,10 +28,14 @@ namespace volcomp {
 /// nothing new is seen.
 class VirtualComposite {
 public:
-    /// params.voxel does not count. `levels`, at least one. The boxes are packed here; the scene
-    /// must outlive this, and stay as it is. OpenVDB must have been started
-    /// (openvdb::initialize). Throws the Errors of compose(), but the scene may reach 2^27 voxels
-    /// of the finest level from the origin.
+    /// params.voxel does not count. `levels`, at least one. Packed boxes are taken over, and those
+    /// that are not placed are let go of; the scene must outlive this, and stay as it is. OpenVDB
+    /// must have been started (openvdb::initialize). Throws the Errors of compose(), but the scene
+    /// may reach 2^27 voxels of the finest level from the origin.
+    VirtualComposite(std::vector<PackedBox> boxes, const PlacedScene& scene,
+                     const ComposeParams& params, double finest, int levels,
+                     const Progress& progress = {});
+    /// Packs the boxes first, whether they are placed or not.
     VirtualComposite(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, double finest, int levels,
                      const Progress& progress = {});

@@ -21,9 +21,9 @@ bool mayBeInView(const Camera& camera, int width_pixels, int height_pixels, cons
 struct ViewedRange {
     double nearest = 0, farthest = 0; ///< both 0 if nothing is
 };
-/// Of the balls around the placed boxes that may be in view (mayBeInView()); `boxes` are those that
-/// Placement::box names. Boxes without voxels do not count.
-ViewedRange viewedRange(const PlacementList& list, const std::vector<Box>& boxes,
+/// Of the balls around the placed boxes that may be in view (mayBeInView()); `boxes` are the
+/// bounds (boundsOf()) of those that Placement::box names. Boxes without voxels do not count.
+ViewedRange viewedRange(const PlacementList& list, const std::vector<openvdb::BBoxd>& boxes,
                         const Camera& camera, int width_pixels, int height_pixels);
 
 /// Drops the placements whose boxes are neither in the picture nor able to throw a shadow on a box

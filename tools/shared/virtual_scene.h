@@ -37,11 +37,11 @@ struct VirtualSceneOptions {
     Stale stale = Stale::refused;
     std::vector<std::string> leave_out; ///< of the recipe alone: see leaveOut()
     /// Chooses the voxels when the boxes have been read and placed.
-    std::function<VoxelRange(const PlacedScene&, const std::vector<Box>&)> voxels;
+    std::function<VoxelRange(const PlacedScene&, const std::vector<PackedBox>&)> voxels;
 };
 
-/// Reads the boxes, places them, and packs them for all levels, as stages of the program. Throws
-/// the Errors of readBoxes(), place() and VirtualComposite.
+/// Reads the boxes one by one, places them, and packs them for all levels, as stages of the
+/// program. Throws the Errors of readPackedBoxes(), place() and VirtualComposite.
 VirtualScene virtualScene(Tool& tool, const Scene& scene, const VirtualSceneOptions& options);
 
 } // namespace volcomp
