@@ -14,11 +14,11 @@ namespace volcomp {
 namespace {
 
 /// The edge of the finest voxels that the boxes have, as they are placed; infinite without any.
-double finestOfBoxes(const PlacedScene& placed, const std::vector<Box>& boxes)
+double finestOfBoxes(const PlacedScene& placed, const std::vector<BoxSize>& boxes)
 {
     double finest = kInfinity;
     for (const Placement& p : placed.boxes.placements)
-        finest = std::min(finest, boxes[p.box].volume.voxelSize() * p.scale);
+        finest = std::min(finest, boxes[p.box].voxel * p.scale);
     return finest;
 }
 
@@ -32,10 +32,13 @@ double pixelAt(const Scene& scene, double distance)
 }
 
 VoxelRange chooseRange(const Tool& tool, const Scene& scene, const PlacedScene& placed,
-                       const std::vector<Box>& boxes)
+                       const std::vector<BoxSize>& boxes)
 {
+    std::vector<BoxBall> balls;
+    balls.reserve(boxes.size());
+    for (const BoxSize& box : boxes) balls.push_back(box.ball);
     const ViewedRange range =
-        viewedRange(placed.boxes, boxes, scene.camera, scene.render.width, scene.render.height);
+        viewedRange(placed.boxes, balls, scene.camera, scene.render.width, scene.render.height);
     const double pixels = scene.compose.voxel_pixels,
                  wanted = pixels * pixelAt(scene, range.nearest);
     double floor = std::max(scene.compose.voxel, finestOfBoxes(placed, boxes));
@@ -74,7 +77,7 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     options.boxes = from.boxes;
     options.stale = from.stale;
     VoxelRange range{};
-    options.voxels = [&](const PlacedScene& placed, const std::vector<Box>& boxes) {
+    options.voxels = [&](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
         return range = chooseRange(tool, scene, placed, boxes);
     };
     volume.made = virtualScene(tool, scene, options);
