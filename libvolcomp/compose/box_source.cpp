@@ -172,6 +172,13 @@ void setDirection(SourceVoxel& v, const Vec3f& d)
     v.iso() = largest * spread * spread;
 }
 
+void reserve(SourcePart& part, std::size_t count)
+{
+    part.voxels.reserve(count);
+    for (std::vector<float>* c : {&part.x, &part.y, &part.z})
+        c->reserve((count + SourcePart::kRun - 1) / SourcePart::kRun * SourcePart::kRun);
+}
+
 void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v)
 {
     part.x.push_back(place[0]);
@@ -226,6 +233,9 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     const openvdb::FloatGrid::ConstPtr density = withoutActiveTiles(part.density);
     const std::array<openvdb::Index, kLeafSize> order = voxelsInMortonOrder();
     VoxelReader reader(part, place);
+    const auto count = static_cast<std::size_t>(density->activeVoxelCount());
+    reserve(s, count);
+    if (part.own_share) s.squares.reserve(count);
     for (const Leaf* leaf : leavesInMortonOrder(density->tree()))
         for (const openvdb::Index i : order) {
             if (!leaf->isValueOn(i)) continue;

@@ -28,6 +28,8 @@ double dimensionOf(const SourcePart& part);
 /// 0) the sum is the same in all directions. v.density() must be set.
 void setDirection(SourceVoxel& v, const Vec3f& d);
 
+/// See append().
+void reserve(SourcePart& part, std::size_t count);
 void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v);
 
 /// The bits of the coordinates in turn (Morton, A computer oriented geodetic data base, 1966).

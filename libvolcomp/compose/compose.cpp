@@ -198,7 +198,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const std::vector<Placement>
 PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, const Progress& progress)
 {
-    checkComposeInput(boxes, scene, params);
+    checkComposeInput(boxes.size(), scene, params);
     checkReach(boundsOf(boxes), scene, params.voxel);
     const BoxSources packed = packBoxes(boxes, scene, params.voxel, params.keep);
     const BlockedTable blocked = findBlocked(packed, params.voxel, params.keep);
@@ -219,7 +219,7 @@ PackedVolume compose(const std::vector<Box>& boxes, const PlacedScene& scene,
 ComposeEstimate estimateCompose(const std::vector<Box>& boxes, const PlacedScene& scene,
                                 const ComposeParams& params)
 {
-    checkComposeInput(boxes, scene, params);
+    checkComposeInput(boxes.size(), scene, params);
     const std::vector<openvdb::BBoxd> bounds = boundsOf(boxes);
     checkReach(bounds, scene, params.voxel);
     ComposeParams coarse = params;

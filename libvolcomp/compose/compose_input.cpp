@@ -9,15 +9,13 @@
 
 namespace volcomp {
 
-void checkComposeInput(const std::vector<Box>& boxes, const PlacedScene& scene,
-                       const ComposeParams& params)
+void checkComposeInput(std::size_t boxes, const PlacedScene& scene, const ComposeParams& params)
 {
     params.validate();
     if (!(params.voxel > 0)) throw Error("compose: expected a voxel size > 0");
     for (const Placement& p : scene.boxes.placements) {
-        if (p.box >= boxes.size())
-            throw Error(
-                fmt::format("compose: expected a box below {}, found {}", boxes.size(), p.box));
+        if (p.box >= boxes)
+            throw Error(fmt::format("compose: expected a box below {}, found {}", boxes, p.box));
         if (!(p.scale > 0 && std::isfinite(p.scale) && std::isfinite(p.position.lengthSqr())
               && std::isfinite(p.tint.lengthSqr())))
             throw Error(

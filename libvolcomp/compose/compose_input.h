@@ -2,16 +2,14 @@
 // What composing checks before it begins.
 #pragma once
 
-#include <vector>
+#include <cstddef>
 
 #include "volcomp/compose/compose_params.h"
 #include "volcomp/place/placed_scene.h"
-#include "volcomp/volume/volume.h"
 
 namespace volcomp {
 
-/// Throws Error if a placement or parameter is out of range.
-void checkComposeInput(const std::vector<Box>& boxes, const PlacedScene& scene,
-                       const ComposeParams& params);
+/// Throws Error if a placement or parameter is out of range. `boxes` is their number.
+void checkComposeInput(std::size_t boxes, const PlacedScene& scene, const ComposeParams& params);
 
 } // namespace volcomp

@@ -23,7 +23,7 @@ VirtualScene virtualSceneOf(const std::filesystem::path& folder, Stale stale = S
     VirtualSceneOptions options;
     options.boxes = folder / "boxes";
     options.stale = stale;
-    options.voxels = [](const PlacedScene& placed, const std::vector<Box>& boxes) {
+    options.voxels = [](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
         EXPECT_EQ(boxes.size(), 2u);
         EXPECT_FALSE(placed.boxes.empty());
         return VoxelRange{0.01, 3};

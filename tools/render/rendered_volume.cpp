@@ -15,11 +15,11 @@ namespace volcomp {
 namespace {
 
 /// The edge of the finest voxels that the boxes have, as they are placed; infinite without any.
-double finestOfBoxes(const PlacedScene& placed, const std::vector<Box>& boxes)
+double finestOfBoxes(const PlacedScene& placed, const std::vector<BoxSize>& boxes)
 {
     double finest = kInfinity;
     for (const Placement& p : placed.boxes.placements)
-        finest = std::min(finest, boxes[p.box].volume.voxelSize() * p.scale);
+        finest = std::min(finest, boxes[p.box].voxel * p.scale);
     return finest;
 }
 
@@ -39,14 +39,18 @@ struct Wanted {
 
 /// `floor` is the finest voxel that is of use.
 Wanted wantedBy(const std::vector<Camera>& cameras, const Scene& scene, const PlacedScene& placed,
-                const std::vector<Box>& boxes, double floor)
+                const std::vector<BoxSize>& boxes, double floor)
 {
     const int width = scene.render.width, height = scene.render.height;
     const double pixels = scene.compose.voxel_pixels;
+    std::vector<BoxBall> balls;
+    balls.reserve(boxes.size());
+    for (const BoxSize& box : boxes) balls.push_back(box.ball);
     Wanted wanted;
     std::vector<double> farthest;
+    farthest.reserve(cameras.size());
     for (const Camera& camera : cameras) {
-        const ViewedRange range = viewedRange(placed.boxes, boxes, camera, width, height);
+        const ViewedRange range = viewedRange(placed.boxes, balls, camera, width, height);
         farthest.push_back(range.farthest);
         const double voxel = pixels * pixelAt(camera, width, range.nearest);
         if (range.farthest > 0 && voxel < wanted.voxel) {
@@ -63,7 +67,7 @@ Wanted wantedBy(const std::vector<Camera>& cameras, const Scene& scene, const Pl
 }
 
 VoxelRange chooseRange(const Tool& tool, const Scene& scene, const std::vector<Camera>& cameras,
-                       const PlacedScene& placed, const std::vector<Box>& boxes)
+                       const PlacedScene& placed, const std::vector<BoxSize>& boxes)
 {
     const double finest = finestOfBoxes(placed, boxes),
                  floor = std::max(scene.compose.voxel, finest < kInfinity ? finest : 0);
@@ -102,7 +106,7 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     options.boxes = from.boxes;
     options.stale = from.stale;
     VoxelRange range{};
-    options.voxels = [&](const PlacedScene& placed, const std::vector<Box>& boxes) {
+    options.voxels = [&](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
         return range = chooseRange(tool, scene,
                                    from.cameras.empty() ? std::vector<Camera>{scene.camera}
                                                         : from.cameras,

@@ -9,5 +9,7 @@ double machineMegabytes(); ///< of the whole machine
 double residentMegabytes();
 /// The most that this process has had in memory.
 double peakMegabytes();
+/// Gives memory that the C library keeps for later back to the machine.
+void giveBackFreeMemory();
 
 } // namespace volcomp

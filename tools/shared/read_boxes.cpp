@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/shared/read_boxes.h"
 
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
@@ -46,10 +48,20 @@ ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const fs::path& direct
                     const Progress& progress)
 {
     ReadBoxes read;
-    std::vector<Box>& boxes = read.boxes;
+    read.used = readBoxes(
+        tool, scene, directory, stale, [&](Box&& box) { read.boxes.push_back(std::move(box)); },
+        progress);
+    return read;
+}
+
+std::vector<UsedBox> readBoxes(const Tool& tool, const Scene& scene, const fs::path& directory,
+                               Stale stale, const std::function<void(Box&&)>& take,
+                               const Progress& progress)
+{
+    std::vector<UsedBox> used;
     const std::vector<BoxKind> kinds = usedBoxes(scene);
     for (std::size_t k = 0; k < kinds.size(); ++k) {
-        read.used.push_back({kinds[k].name, ""});
+        used.push_back({kinds[k].name, ""});
         for (int variant = 0; variant < kinds[k].variants; ++variant) {
             const fs::path file = boxFile(directory, kinds[k].name, variant);
             if (!fs::exists(file))
@@ -57,13 +69,14 @@ ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const fs::path& direct
                                 "the box '" + kinds[k].name + "', variant "
                                     + std::to_string(variant + 1),
                                 "no file", "Run volcomp-bake first, or check --boxes.");
-            noteRecipe(tool, scene, file, stale, read.used.back());
-            boxes.push_back({kinds[k].name, variant, readVolume(file)});
-            for (const std::string& warning : boxes.back().volume.warnings) tool.warn(warning);
+            noteRecipe(tool, scene, file, stale, used.back());
+            Box box{kinds[k].name, variant, readVolume(file)};
+            for (const std::string& warning : box.volume.warnings) tool.warn(warning);
+            take(std::move(box));
         }
         report(progress, double(k + 1) / double(kinds.size()));
     }
-    return read;
+    return used;
 }
 
 Recipe volumeRecipe(const Scene& scene, const std::vector<UsedBox>& used,

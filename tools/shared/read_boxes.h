@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,13 @@ struct ReadBoxes {
 /// read, or if the scene would bake it otherwise, unless `stale` allows that.
 ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const std::filesystem::path& directory,
                     Stale stale, const Progress& progress = {});
+
+/// The same, but hands each box to `take` as it is read, in that order, so that there need not be
+/// more than one at a time.
+std::vector<UsedBox> readBoxes(const Tool& tool, const Scene& scene,
+                               const std::filesystem::path& directory, Stale stale,
+                               const std::function<void(Box&&)>& take,
+                               const Progress& progress = {});
 
 /// What a volume of these boxes is made from: the scene's placements, without the surfaces that the
 /// user left out.
