@@ -51,6 +51,7 @@ TEST_F(Boxes, ShowWhatTheComposedFileShows)
 
 TEST_F(Boxes, ACropAndAnyMemoryShowTheSame)
 {
+    writeSceneWith({{"voxel = 0.02", "voxel_pixels = 1"}, {"eye = ", "eye = [0, 0.6, 0.9]"}});
     ASSERT_EQ(bake().status, 0);
     const std::string more = "--samples 2 --scattering multiple";
     const Image whole = picture("--boxes boxes", more + " --stats a.json"),

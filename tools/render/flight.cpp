@@ -18,8 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDegree = 0.017453292519943295;
-
 std::size_t tilesMade(const RenderedVolume& volume)
 {
     std::size_t tiles = 0;
