@@ -116,7 +116,7 @@ PanelData dataOf(const ChartPanel& panel)
             if (!drawable(p)) continue;
             data.x.add(p.x);
             (s.right ? data.right : data.y).add(p.y);
-            if (!s.right) data.left_points.push_back(p);
+            if (!s.right && !s.apart) data.left_points.push_back(p);
         }
     data.x = data.x.padded();
     data.y = data.y.padded();
