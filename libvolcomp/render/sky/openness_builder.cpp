@@ -13,6 +13,27 @@
 namespace volcomp {
 namespace {
 
+/// The optical depth that lets as much through as the columns of a leaf do in the mean, mean over
+/// its three axes. It is less than that of the mean density where particles stand in clumps, as
+/// leaves in crowns do.
+double depthOfColumns(const float* density, double extinction)
+{
+    constexpr int kColumns = kLeafDim * kLeafDim;
+    float sums[3][kColumns] = {};
+    for (int v = 0; v < kLeafSize; ++v) {
+        sums[0][v & 63] += density[v];
+        sums[1][(v >> 6) * kLeafDim + (v & 7)] += density[v];
+        sums[2][v >> 3] += density[v];
+    }
+    double depth = 0;
+    for (const auto& columns : sums) {
+        double passes = 0;
+        for (const float sum : columns) passes += std::exp(-extinction * double(sum));
+        depth -= std::log(std::max(1e-30, passes / kColumns));
+    }
+    return depth / 3;
+}
+
 int floorDivide(int x, int y) { return x >= 0 ? x / y : -((y - 1 - x) / y); }
 
 } // namespace
@@ -61,11 +82,16 @@ void Openness::Builder::addDensities()
             leaf.moment +=
                 double(density[v]) * Vec3d((v >> 6) + 0.5, (v >> 3 & 7) + 0.5, (v & 7) + 0.5);
         }
+        leaf.depth = depthOfColumns(density, m_extinction);
     });
     m_depth.assign(m_openness.cells(), 0);
-    const double width = m_width, factor = m_extinction * width / (width * width * width);
+    m_own_depth.assign(m_openness.cells(), 0);
+    // A wider cell has several leaves in a row and several beside each other.
+    const double width = m_width, beside = kLeafDim * kLeafDim / (width * width),
+                 factor = m_extinction / (width * width);
     m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
-        m_depth[cellOf(origin)] += float(factor * m_leaves[leaf].mass);
+        m_depth[cellOf(origin)] += float(beside * m_leaves[leaf].depth);
+        m_own_depth[cellOf(origin)] += float(factor * m_leaves[leaf].mass);
     });
 }
 
@@ -183,7 +209,7 @@ void Openness::Builder::passInPlane(int direction, const int* step)
             float sum = 0;
             for (int k = 0; k < size[2]; ++k) {
                 const std::size_t cell = first + (step[2] > 0 ? size[2] - 1 - k : k);
-                keep(direction, cell, sum + 0.5F * m_depth[cell]);
+                keep(direction, cell, sum + 0.5F * m_own_depth[cell]);
                 sum += m_depth[cell];
             }
         }
@@ -196,9 +222,9 @@ void Openness::Builder::passRow(int direction, std::size_t first, const float* b
     const NeighbourStep step = neighbourStep(direction);
     const float length = std::sqrt(float(neighbourAxes(step)));
     for (int z = 0; z < m_openness.m_size[2]; ++z) {
-        const float own = length * m_depth[first + z], outside = before[z + step[2]];
-        keep(direction, first + z, outside + 0.5F * own);
-        after[z] = outside + own;
+        const float outside = before[z + step[2]];
+        keep(direction, first + z, outside + 0.5F * length * m_own_depth[first + z]);
+        after[z] = outside + length * m_depth[first + z];
     }
 }
 

@@ -24,6 +24,7 @@ private:
     struct LeafMass {
         double mass = 0;   ///< sum of the densities
         Vec3d moment{0.0}; ///< sum of density times place in the leaf, voxels
+        double depth = 0;  ///< optical depth of its width for what passes through it
     };
     /// A leaf where it stands.
     struct Place {
@@ -44,10 +45,12 @@ private:
     const VoxelTree& m_tree;
     const double m_extinction;
     const bool m_by_direction;
-    int m_width = 0;                      ///< of a cell, voxels
-    int m_low[3] = {0, 0, 0};             ///< of the first cell with voxels, in cells
-    std::vector<LeafMass> m_leaves;       ///< by leaf
-    std::vector<float> m_depth;           ///< by cell: optical depth of its width along an axis
+    int m_width = 0;                ///< of a cell, voxels
+    int m_low[3] = {0, 0, 0};       ///< of the first cell with voxels, in cells
+    std::vector<LeafMass> m_leaves; ///< by leaf
+    /// By cell: the optical depth of its width along an axis for what passes through it, and for
+    /// what begins in it, where its particles are.
+    std::vector<float> m_depth, m_own_depth;
     float m_weight = 0;                   ///< of the direction at hand
     std::vector<float> m_escapes;         ///< by cell: sum over directions, 1 - P
     std::vector<std::uint32_t> m_visible; ///< by cell, if there are skins
