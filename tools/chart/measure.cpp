@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -179,8 +178,8 @@ std::vector<Result> measureOtherLights(Tool& tool, const Scene& scene, int width
                          voxel,
                          chartBase(lit, width),
                          {tool, lit, leave_out, directory}};
-        for (Result& r : measureRadiance(study, otherLightRows(light.name), light))
-            results.push_back(std::move(r));
+        const std::vector<Result> found = measureRadiance(study, otherLightRows(light.name), light);
+        results.insert(results.end(), found.begin(), found.end());
     }
     return results;
 }

@@ -279,6 +279,7 @@ TruthResult TruthStudy::volume(const OtherLight& light, const TruthRow& row)
 std::vector<TruthOfLight> TruthStudy::measure()
 {
     std::vector<TruthOfLight> lights(1);
+    lights.reserve(1 + m_setup.other_lights.size());
     for (const OtherLight& other : m_setup.other_lights) lights.push_back({other, {}, {}});
     for (TruthOfLight& l : lights) {
         traceExact(l);

@@ -112,8 +112,10 @@ void runTruth(Tool& tool, const Options& options)
     std::vector<std::string> names = truthChartFiles("");
     names.insert(names.end(), {"truth.md", "truth.json"});
     if (options.lights)
-        for (const char* light : {"single", "multiple", "dome", "no_dome"})
-            for (const std::string& name : truthChartFiles(light)) names.push_back(name);
+        for (const char* light : {"single", "multiple", "dome", "no_dome"}) {
+            const std::vector<std::string> more = truthChartFiles(light);
+            names.insert(names.end(), more.begin(), more.end());
+        }
     const Scene scene = sceneOf(tool, options, names);
     const RenderParams base = chartBase(scene, options.width);
     TruthSetup setup;
@@ -163,10 +165,11 @@ void run(Tool& tool, const Options& options)
         transmittance = measureTransmittance(study);
         if (options.voxels) by_voxel = measureVoxels(study, sizes);
     }
-    if (options.lights)
-        for (Result& r : measureOtherLights(tool, read, options.width, options.samples, voxel,
-                                            options.leave_out, cache))
-            radiance.push_back(std::move(r));
+    if (options.lights) {
+        const std::vector<Result> others = measureOtherLights(
+            tool, read, options.width, options.samples, voxel, options.leave_out, cache);
+        radiance.insert(radiance.end(), others.begin(), others.end());
+    }
 
     const std::vector<ChartPanel> panels = arranged(
         {timeAgainstError(
