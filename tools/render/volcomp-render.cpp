@@ -303,10 +303,10 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
+    overrides.apply(scene.render);
     if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
         tool.warn(options.scene.string()
                   + ": no [[light]], no [dome] and no ambient light: the volume will be black");
-    overrides.apply(scene.render);
     overrides.apply(scene.look);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);
