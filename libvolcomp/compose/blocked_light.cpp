@@ -54,32 +54,57 @@ private:
     std::vector<float> m_depths;
 };
 
-/// The depths of the columns along all three axes, if a part's voxels have edges of `step`, at
-/// least 1, or are spread to 1. `shift` moves them against the columns.
-std::vector<float> columnsOf(const SourcePart& part, double step, const double (&shift)[2])
+/// The densities of a part's voxels for light along an axis.
+std::vector<double> densitiesAlong(const SourcePart& part, int axis)
+{
+    std::vector<double> densities(part.voxels.size());
+    for (std::size_t k = 0; k < densities.size(); ++k)
+        densities[k] = part.densityAlong(std::uint32_t(k), axis);
+    return densities;
+}
+
+/// The depths of the columns along an axis, if a part's voxels have edges of `step`, at least 1, or
+/// are spread to 1. `shift` moves them against the columns.
+std::vector<float> columnsOf(const SourcePart& part, int axis, const std::vector<double>& densities,
+                             double step, const double (&shift)[2])
 {
     const double width = std::max(1.0, step), thinner = step / width,
                  depth = part.voxel * thinner * thinner; // of density 1
-    std::vector<float> depths;
     const std::vector<float>* place[3] = {&part.x, &part.y, &part.z};
-    for (int axis = 0; axis < 3; ++axis) {
-        const int across[2] = {(axis + 1) % 3, (axis + 2) % 3};
-        const double offset[2] = {shift[0] - 0.5 * width, shift[1] - 0.5 * width};
-        double low[2], high[2];
-        for (int i = 0; i < 2; ++i) {
-            const double centre = part.bounds.centre[across[i]] * step,
-                         half = part.bounds.half[across[i]] * step + width;
-            low[i] = centre - half + offset[i];
-            high[i] = centre + half + offset[i] + width;
-        }
-        Columns columns(low, high);
-        for (std::size_t k = 0; k < part.voxels.size(); ++k) {
-            const double at[2] = {double((*place[across[0]])[k]) * step + offset[0],
-                                  double((*place[across[1]])[k]) * step + offset[1]};
-            columns.add(at, width, part.densityAlong(std::uint32_t(k), axis) * depth);
-        }
-        columns.appendTo(depths);
+    const int across[2] = {(axis + 1) % 3, (axis + 2) % 3};
+    const double offset[2] = {shift[0] - 0.5 * width, shift[1] - 0.5 * width};
+    double low[2], high[2];
+    for (int i = 0; i < 2; ++i) {
+        const double centre = part.bounds.centre[across[i]] * step,
+                     half = part.bounds.half[across[i]] * step + width;
+        low[i] = centre - half + offset[i];
+        high[i] = centre + half + offset[i] + width;
     }
+    Columns columns(low, high);
+    for (std::size_t k = 0; k < densities.size(); ++k) {
+        const double at[2] = {double((*place[across[0]])[k]) * step + offset[0],
+                              double((*place[across[1]])[k]) * step + offset[1]};
+        columns.add(at, width, densities[k] * depth);
+    }
+    std::vector<float> depths;
+    columns.appendTo(depths);
+    return depths;
+}
+
+/// The depths of all columns along all three axes, for each of the steps.
+std::vector<std::vector<float>> columnsOf(const SourcePart& part, const std::vector<double>& steps)
+{
+    constexpr double kShifts[2][2] = {{0.21, 0.67}, {0.83, 0.4}}; // two places anywhere
+    std::vector<std::vector<float>> along(steps.size() * 6);      // by step, shift, axis
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::vector<double> densities = densitiesAlong(part, axis);
+        for (std::size_t i = 0; i < 2 * steps.size(); ++i)
+            along[3 * i + std::size_t(axis)] =
+                columnsOf(part, axis, densities, steps[i / 2], kShifts[i % 2]);
+    }
+    std::vector<std::vector<float>> depths(steps.size());
+    for (std::size_t i = 0; i < along.size(); ++i)
+        depths[i / 6].insert(depths[i / 6].end(), along[i].begin(), along[i].end());
     return depths;
 }
 
@@ -120,27 +145,35 @@ double columnCount(const SourcePart& part, double step)
 
 } // namespace
 
-BlockedFactors::BlockedFactors(const SourcePart& own, const SourcePart& spread, double low,
-                               double high)
+double blockedBy(const SourcePart& own)
+{
+    if (own.voxels.empty() || columnCount(own, 1) > BlockedFactors::kMostColumns) return 0;
+    const double aligned[2] = {0.5, 0.5}; // with the columns of the part's own voxels
+    std::vector<float> depths;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::vector<float> more = columnsOf(own, axis, densitiesAlong(own, axis), 1, aligned);
+        depths.insert(depths.end(), more.begin(), more.end());
+    }
+    return blockedArea(depths, 1).first;
+}
+
+BlockedFactors::BlockedFactors(const SourcePart& own, double blocked, const SourcePart& spread,
+                               double low, double high)
 {
     if (own.voxels.empty()) return;
     low = std::clamp(low, 0.05, kLargeStep);
     high = std::clamp(high, low, kLargeStep);
     if (columnCount(own, 1) > kMostColumns || columnCount(spread, high) > kMostColumns) return;
-    const double aligned[2] = {0.5, 0.5}; // with the columns of the part's own voxels
-    const double blocked = blockedArea(columnsOf(own, 1, aligned), 1).first;
     const int nodes = high > 1.05 * low ? 3 : 1;
-    for (int n = 0; n < nodes; ++n) {
-        const double step = nodes == 1 ? low : low * std::pow(high / low, n / (nodes - 1.0)),
-                     columns_per_own = step * own.voxel / spread.voxel;
-        std::vector<float> depths;
-        constexpr double kShifts[2][2] = {{0.21, 0.67}, {0.83, 0.4}}; // two places anywhere
-        for (const auto& shift : kShifts) {
-            const std::vector<float> more = columnsOf(spread, step, shift);
-            depths.insert(depths.end(), more.begin(), more.end());
-        }
+    std::vector<double> steps;
+    steps.reserve(std::size_t(nodes));
+    for (int n = 0; n < nodes; ++n)
+        steps.push_back(nodes == 1 ? low : low * std::pow(high / low, n / (nodes - 1.0)));
+    const std::vector<std::vector<float>> depths = columnsOf(spread, steps);
+    for (std::size_t n = 0; n < steps.size(); ++n) {
+        const double columns_per_own = steps[n] * own.voxel / spread.voxel;
         m_nodes.push_back(
-            {step, factorFor(depths, 2 * blocked * columns_per_own * columns_per_own)});
+            {steps[n], factorFor(depths[n], 2 * blocked * columns_per_own * columns_per_own)});
     }
 }
 

@@ -21,8 +21,9 @@ public:
     BlockedFactors() = default;
     /// `own` is the part as it was baked, `spread` the same or coarser voxels of it (coarsen()).
     /// These are placed with edges of `low` to `high` voxels of the composite. 1 everywhere if the
-    /// part is more than kMostColumns voxels of the composite across.
-    BlockedFactors(const SourcePart& own, const SourcePart& spread, double low, double high);
+    /// part is more than kMostColumns voxels of the composite across. `blocked` is blockedBy(own).
+    BlockedFactors(const SourcePart& own, double blocked, const SourcePart& spread, double low,
+                   double high);
 
     /// The factor for voxels with an edge of `step` voxels of the composite.
     double at(double step) const;
@@ -35,5 +36,9 @@ private:
     };
     std::vector<Node> m_nodes; ///< in increasing order of step
 };
+
+/// The area that a part blocks in its own voxels, summed over its axes, in columns of them. It is
+/// the same whatever the composite. 0 if the part is more than BlockedFactors::kMostColumns across.
+double blockedBy(const SourcePart& own);
 
 } // namespace volcomp

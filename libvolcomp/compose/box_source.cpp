@@ -172,6 +172,13 @@ void setDirection(SourceVoxel& v, const Vec3f& d)
     v.iso() = largest * spread * spread;
 }
 
+void reserve(SourcePart& part, std::size_t count)
+{
+    part.voxels.reserve(count);
+    for (std::vector<float>* c : {&part.x, &part.y, &part.z})
+        c->reserve((count + SourcePart::kRun - 1) / SourcePart::kRun * SourcePart::kRun);
+}
+
 void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v)
 {
     part.x.push_back(place[0]);
@@ -194,14 +201,8 @@ void setBounds(SourcePart& s)
     if (s.voxels.empty()) return;
     constexpr auto kTogether = static_cast<std::size_t>(BoundsList::kTogether);
     std::vector<SourceBounds> members = boundsOfRuns(s);
-    for (std::vector<float>* c : {&s.x, &s.y, &s.z}) {
-        c->reserve(members.size() * SourcePart::kRun); // no more than that
+    for (std::vector<float>* c : {&s.x, &s.y, &s.z})
         c->resize(members.size() * SourcePart::kRun, 1e30f);
-        c->shrink_to_fit();
-    }
-    s.voxels.shrink_to_fit();
-    s.squares.shrink_to_fit();
-    s.scatter_ratios.shrink_to_fit();
     do {
         BoundsList& list = s.bounds_of.emplace_back();
         std::vector<SourceBounds> groups;
@@ -232,6 +233,9 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     const openvdb::FloatGrid::ConstPtr density = withoutActiveTiles(part.density);
     const std::array<openvdb::Index, kLeafSize> order = voxelsInMortonOrder();
     VoxelReader reader(part, place);
+    const auto count = static_cast<std::size_t>(density->activeVoxelCount());
+    reserve(s, count);
+    if (part.own_share) s.squares.reserve(count);
     for (const Leaf* leaf : leavesInMortonOrder(density->tree()))
         for (const openvdb::Index i : order) {
             if (!leaf->isValueOn(i)) continue;
@@ -247,16 +251,6 @@ SourcePart packPart(const VolumePart& part, const std::string& box_name)
     if (!s.squares.empty()) s.dimension = dimensionOf(s);
     setBounds(s);
     return s;
-}
-
-PackedBox packBox(const Box& box)
-{
-    PackedBox packed;
-    packed.parts.reserve(box.volume.parts.size());
-    for (const VolumePart& part : box.volume.parts)
-        packed.parts.push_back(packPart(part, box.name));
-    packed.bounds = boundsOf(box);
-    return packed;
 }
 
 } // namespace volcomp

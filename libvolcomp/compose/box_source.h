@@ -86,16 +86,4 @@ struct SourcePart {
 /// alone. The message names the box.
 SourcePart packPart(const VolumePart& part, const std::string& box_name);
 
-/// What is needed of a box when its grids have been let go of.
-struct PackedBox {
-    std::vector<SourcePart> parts;
-    openvdb::BBoxd bounds; ///< boundsOf() the box
-
-    /// Edge of a voxel, box length. Throws std::out_of_range if there are no parts.
-    double voxelSize() const { return parts.at(0).voxel; }
-};
-
-/// Packs all parts of a box. Throws the Errors of packPart().
-PackedBox packBox(const Box& box);
-
 } // namespace volcomp

@@ -229,7 +229,13 @@ SourcePart coarsen(const SourcePart& part, Kept keep)
     s.colour = part.colour;
     s.voxel = 2 * part.voxel;
     s.shift = part.shift / 2;
-    forEachCoarse(sortedByCoarse(part), [&](const Fine* begin, const Fine* end) {
+    const std::vector<Fine> fine = sortedByCoarse(part);
+    std::size_t count = 0;
+    forEachCoarse(fine, [&](const Fine*, const Fine*) { ++count; });
+    reserve(s, count);
+    if (!part.squares.empty()) s.squares.reserve(count);
+    if (keep == Kept::blocked_light) s.scatter_ratios.reserve(count);
+    forEachCoarse(fine, [&](const Fine* begin, const Fine* end) {
         appendSum(part, begin, end, keep == Kept::blocked_light, s);
     });
     if (!s.squares.empty()) s.dimension = dimensionOf(s);

@@ -28,6 +28,8 @@ double dimensionOf(const SourcePart& part);
 /// 0) the sum is the same in all directions. v.density() must be set.
 void setDirection(SourceVoxel& v, const Vec3f& d);
 
+/// See append().
+void reserve(SourcePart& part, std::size_t count);
 void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v);
 
 /// The bits of the coordinates in turn (Morton, A computer oriented geodetic data base, 1966).
@@ -35,8 +37,8 @@ void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v);
 /// -2^20 to 2^20 - 1.
 std::uint64_t mortonKey(std::int32_t x, std::int32_t y, std::int32_t z);
 
-/// Finds the bounds of runs, of groups and of all, pads the lists, and lets go of memory that they
-/// do not fill. To be called when all voxels are in `s`.
+/// Finds the bounds of runs, of groups and of all, and pads the lists. To be called when all voxels
+/// are in `s`.
 void setBounds(SourcePart& s);
 
 } // namespace volcomp

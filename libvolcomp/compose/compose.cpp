@@ -82,11 +82,18 @@ PackedPart composePart(const TileSources& sources, const Progress& progress)
     return part;
 }
 
+/// The bounds of each box's active voxels, in its own space; empty ones for a box without any.
 std::vector<openvdb::BBoxd> boundsOf(const std::vector<Box>& boxes)
 {
-    std::vector<openvdb::BBoxd> bounds;
-    bounds.reserve(boxes.size());
-    for (const Box& box : boxes) bounds.push_back(volcomp::boundsOf(box));
+    std::vector<openvdb::BBoxd> bounds(boxes.size());
+    for (std::size_t b = 0; b < boxes.size(); ++b)
+        for (const VolumePart& part : boxes[b].volume.parts) {
+            const openvdb::CoordBBox voxels = part.density->evalActiveVoxelBoundingBox();
+            if (voxels.empty()) continue;
+            const double edge = part.density->voxelSize()[0];
+            bounds[b].expand((voxels.min().asVec3d() - Vec3d(0.5)) * edge);
+            bounds[b].expand((voxels.max().asVec3d() + Vec3d(0.5)) * edge);
+        }
     return bounds;
 }
 

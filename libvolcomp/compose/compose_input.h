@@ -9,7 +9,7 @@
 
 namespace volcomp {
 
-/// Throws Error if a placement or parameter is out of range. `boxes` is how many there are.
+/// Throws Error if a placement or parameter is out of range. `boxes` is their number.
 void checkComposeInput(std::size_t boxes, const PlacedScene& scene, const ComposeParams& params);
 
 } // namespace volcomp

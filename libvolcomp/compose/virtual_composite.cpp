@@ -12,7 +12,6 @@
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/node_index.h"
@@ -36,9 +35,8 @@ constexpr std::size_t kWorkerBytes = std::size_t(5) << 19; ///< about, most of i
 
 /// What all levels share.
 struct Shared {
-    Shared(std::vector<PackedBox> boxes, const PlacedScene& scene, double coarsest, Kept keep)
-        : packed(packBoxes(std::move(boxes), scene, coarsest, keep)), skins(skinsOf(scene)),
-          tree(packed, scene, skins)
+    Shared(BoxSources boxes, const PlacedScene& scene)
+        : packed(std::move(boxes)), skins(skinsOf(scene)), tree(packed, scene, skins)
     {
         materials.reserve(packed.materials.size());
         for (const std::string& name : packed.materials)
@@ -271,9 +269,12 @@ void checkReach(const openvdb::BBoxd& bounds, double voxel)
 } // namespace
 
 struct VirtualComposite::Impl {
-    Impl(std::vector<PackedBox> boxes, const PlacedScene& scene, const ComposeParams& params,
-         double finest, int count, const Progress& progress)
-        : shared(std::move(boxes), scene, std::ldexp(finest, count - 1), params.keep)
+    template <class Boxes> // of Box or PackedBox
+    Impl(Boxes&& boxes, const PlacedScene& scene, const ComposeParams& params, double finest,
+         int count, const Progress& progress)
+        : shared(packBoxes(std::forward<Boxes>(boxes), scene, std::ldexp(finest, count - 1),
+                           params.keep),
+                 scene)
     {
         checkReach(shared.tree.bounds(finest), finest);
         for (int n = 0; n < count; ++n) {
@@ -283,6 +284,7 @@ struct VirtualComposite::Impl {
                 shared, at_level, std::make_unique<const LevelSources>(shared, at_level)));
             report(progress, double(n + 1) / double(count));
         }
+        dropFiner(shared.packed, finest);
     }
     Shared shared;
     std::vector<std::unique_ptr<CompositeLevel>> levels;
@@ -301,29 +303,23 @@ ComposeParams checked(std::size_t boxes, const PlacedScene& scene, const Compose
     return at_finest;
 }
 
-std::vector<PackedBox> allPacked(const std::vector<Box>& boxes)
-{
-    std::vector<PackedBox> packed(boxes.size());
-    tbb::parallel_for(std::size_t(0), boxes.size(),
-                      [&](std::size_t b) { packed[b] = packBox(boxes[b]); });
-    return packed;
-}
-
 } // namespace
 
-VirtualComposite::VirtualComposite(std::vector<PackedBox> boxes, const PlacedScene& scene,
+VirtualComposite::VirtualComposite(const std::vector<Box>& boxes, const PlacedScene& scene,
+                                   const ComposeParams& params, double finest, int levels,
+                                   const Progress& progress)
+    : m_impl(std::make_unique<Impl>(boxes, scene,
+                                    checked(boxes.size(), scene, params, finest, levels), finest,
+                                    levels, progress))
+{
+}
+
+VirtualComposite::VirtualComposite(std::vector<PackedBox>&& boxes, const PlacedScene& scene,
                                    const ComposeParams& params, double finest, int levels,
                                    const Progress& progress)
 {
     const ComposeParams at_finest = checked(boxes.size(), scene, params, finest, levels);
     m_impl = std::make_unique<Impl>(std::move(boxes), scene, at_finest, finest, levels, progress);
-}
-
-VirtualComposite::VirtualComposite(const std::vector<Box>& boxes, const PlacedScene& scene,
-                                   const ComposeParams& params, double finest, int levels,
-                                   const Progress& progress)
-    : VirtualComposite(allPacked(boxes), scene, params, finest, levels, progress)
-{
 }
 
 VirtualComposite::~VirtualComposite() = default;

@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "volcomp/base/progress.h"
-#include "volcomp/compose/box_source.h"
 #include "volcomp/compose/compose_params.h"
 #include "volcomp/place/placed_scene.h"
 #include "volcomp/volume/tile_maker.h"
 #include "volcomp/volume/volume.h"
 
 namespace volcomp {
+
+struct PackedBox; // box_pyramids.h
 
 /// Placed boxes, and skins that are voxels, as one TileMaker for each level. Level n has voxels of
 /// edge `finest` 2^n, and its tiles hold what compose() at this voxel has there, bit for bit, as a
@@ -28,14 +29,14 @@ namespace volcomp {
 /// nothing new is seen.
 class VirtualComposite {
 public:
-    /// params.voxel does not count. `levels`, at least one. Packed boxes are taken over, and those
-    /// that are not placed are let go of; the scene must outlive this, and stay as it is. OpenVDB
-    /// must have been started (openvdb::initialize). Throws the Errors of compose(), but the scene
-    /// may reach 2^27 voxels of the finest level from the origin.
-    VirtualComposite(std::vector<PackedBox> boxes, const PlacedScene& scene,
+    /// params.voxel does not count. `levels`, at least one. The scene must outlive this, and stay
+    /// as it is. Only what voxels from `finest` on need is kept. OpenVDB must have been started
+    /// (openvdb::initialize). Throws the Errors of compose(), but the scene may reach 2^27 voxels
+    /// of the finest level from the origin.
+    VirtualComposite(std::vector<PackedBox>&& boxes, const PlacedScene& scene,
                      const ComposeParams& params, double finest, int levels,
                      const Progress& progress = {});
-    /// Packs the boxes first, whether they are placed or not.
+    /// The same of boxes that are packed here; those that are not placed are not.
     VirtualComposite(const std::vector<Box>& boxes, const PlacedScene& scene,
                      const ComposeParams& params, double finest, int levels,
                      const Progress& progress = {});

@@ -117,6 +117,8 @@ BoxThumbnail renderBoxThumbnail(const Box& box, const std::vector<Material>& mat
     params.crop = {};
     params.samples = 1; // a pixel is about a voxel
     params.background = kSky;
+    params.dome = {}; // the scene's, whose image nobody has loaded
+    params.haze = {};
     params.ambient = Vec3d(0.5);
     const std::vector<Light> lights{directional({0.45, -0.8, -0.55}, 1.9),
                                     directional({-0.7, -0.1, -0.6}, 0.35)};

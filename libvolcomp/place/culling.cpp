@@ -12,17 +12,7 @@
 namespace volcomp {
 namespace {
 
-struct Ball {
-    Vec3d centre{0.0};
-    double radius = -1; ///< -1: the ball is empty
-};
-
-/// The ball around a box's bounds, in its own space.
-Ball ballOf(const openvdb::BBoxd& bounds)
-{
-    if (bounds.empty()) return {};
-    return {bounds.getCenter(), bounds.extents().length() / 2};
-}
+using Ball = BoxBall;
 
 Ball placed(const Ball& ball, const Placement& p)
 {
@@ -63,6 +53,20 @@ bool mayShade(const Light& light, const Ball& b, const openvdb::BBoxd& seen)
 
 } // namespace
 
+BoxBall ballOf(const Box& box)
+{
+    openvdb::BBoxd bounds;
+    for (const VolumePart& part : box.volume.parts) {
+        const openvdb::CoordBBox b = part.density->evalActiveVoxelBoundingBox();
+        if (b.empty()) continue;
+        const double h = part.density->voxelSize()[0];
+        bounds.expand(openvdb::BBoxd((b.min().asVec3d() - Vec3d(0.5)) * h,
+                                     (b.max().asVec3d() + Vec3d(0.5)) * h));
+    }
+    if (bounds.empty()) return {};
+    return {bounds.getCenter(), bounds.extents().length() / 2};
+}
+
 bool mayBeInView(const Camera& camera, int width, int height, const Vec3d& centre, double radius)
 {
     const CameraFrame frame(camera);
@@ -82,12 +86,9 @@ bool mayBeInView(const Camera& camera, int width, int height, const Vec3d& centr
     return true;
 }
 
-ViewedRange viewedRange(const PlacementList& list, const std::vector<openvdb::BBoxd>& boxes,
+ViewedRange viewedRange(const PlacementList& list, const std::vector<BoxBall>& balls,
                         const Camera& camera, int width_pixels, int height_pixels)
 {
-    std::vector<Ball> balls;
-    balls.reserve(boxes.size());
-    for (const openvdb::BBoxd& box : boxes) balls.push_back(ballOf(box));
     const auto wider = [](ViewedRange a, const ViewedRange& b) {
         return ViewedRange{std::min(a.nearest, b.nearest), std::max(a.farthest, b.farthest)};
     };
@@ -116,7 +117,7 @@ std::size_t cullPlacements(PlacementList& list, const std::vector<Box>& boxes, c
 {
     std::vector<Ball> balls;
     balls.reserve(boxes.size());
-    for (const Box& box : boxes) balls.push_back(ballOf(boundsOf(box)));
+    for (const Box& box : boxes) balls.push_back(ballOf(box));
     const std::size_t count = list.size();
     const auto ball = [&](std::size_t i) {
         return placed(balls[list.placements[i].box], list.placements[i]);

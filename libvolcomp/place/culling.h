@@ -17,13 +17,20 @@ namespace volcomp {
 bool mayBeInView(const Camera& camera, int width_pixels, int height_pixels, const Vec3d& centre,
                  double radius);
 
+/// The ball around all voxels of a box, in the box's own space.
+struct BoxBall {
+    Vec3d centre{0.0};
+    double radius = -1; ///< -1: the box has no voxels
+};
+BoxBall ballOf(const Box& box);
+
 /// Distances from the eye, world units, of what may be in view.
 struct ViewedRange {
     double nearest = 0, farthest = 0; ///< both 0 if nothing is
 };
-/// Of the balls around the placed boxes that may be in view (mayBeInView()); `boxes` are the
-/// bounds (boundsOf()) of those that Placement::box names. Boxes without voxels do not count.
-ViewedRange viewedRange(const PlacementList& list, const std::vector<openvdb::BBoxd>& boxes,
+/// Of the balls around the placed boxes that may be in view (mayBeInView()); `balls` are those of
+/// the boxes that Placement::box names. Boxes without voxels do not count.
+ViewedRange viewedRange(const PlacementList& list, const std::vector<BoxBall>& balls,
                         const Camera& camera, int width_pixels, int height_pixels);
 
 /// Drops the placements whose boxes are neither in the picture nor able to throw a shadow on a box

@@ -111,6 +111,17 @@ std::vector<T> copied(const Known<T>& list)
     return result;
 }
 
+/// Warns of haze that never ends: it hides all of the dome, which someone wanted to be seen.
+void warnOfHaze(const TableReader& r, const RenderParams& render,
+                std::vector<std::string>& warnings)
+{
+    if (render.haze.none() || render.haze.height > 0 || render.dome.black() || !render.dome.visible)
+        return;
+    warnings.push_back(r.place()
+                       + ": without a height haze never ends and hides the whole dome behind it. "
+                         "Give it one, such as height = 30, or set visible = false in [dome].");
+}
+
 /// Reads one file, all but its materials and boxes into `s`, whose warnings grow.
 Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s)
 {
@@ -135,6 +146,7 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     TableReader haze =
         r.table({"haze", "", "Air that glows and hides what is far away; lights pass it freely"});
     s.render.haze = readHaze(haze);
+    warnOfHaze(haze, s.render, s.warnings);
     TableReader picture = r.table(
         {"picture", "", "How PNG and previews show the picture; an EXR has the radiance itself"});
     s.look = readLook(picture);

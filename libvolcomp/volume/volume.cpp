@@ -27,17 +27,4 @@ openvdb::FloatGrid::ConstPtr withoutActiveTiles(const openvdb::FloatGrid::ConstP
     return copy;
 }
 
-openvdb::BBoxd boundsOf(const Box& box)
-{
-    openvdb::BBoxd bounds;
-    for (const VolumePart& part : box.volume.parts) {
-        const openvdb::CoordBBox b = part.density->evalActiveVoxelBoundingBox();
-        if (b.empty()) continue;
-        const double h = part.density->voxelSize()[0];
-        bounds.expand(openvdb::BBoxd((b.min().asVec3d() - Vec3d(0.5)) * h,
-                                     (b.max().asVec3d() + Vec3d(0.5)) * h));
-    }
-    return bounds;
-}
-
 } // namespace volcomp

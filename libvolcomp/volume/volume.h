@@ -78,7 +78,4 @@ struct Box {
     Volume volume;
 };
 
-/// The bounds of the cubes of a box's active voxels, in its own space; empty ones without any.
-openvdb::BBoxd boundsOf(const Box& box);
-
 } // namespace volcomp

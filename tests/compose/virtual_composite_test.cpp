@@ -400,8 +400,7 @@ TEST(VirtualComposite, NodesWithoutSourcesCostNothingAndListsCanBeForgotten)
 TEST(VirtualComposite, OfNothingIsOneEmptyPart)
 {
     const PlacedScene scene = placedBoxes({});
-    const VirtualComposite composite(std::vector<Box>(), scene, paramsOf(Kept::blocked_light), 0.1,
-                                     3);
+    const VirtualComposite composite(std::vector<Box>{}, scene, paramsOf(Kept::blocked_light), 0.1, 3);
     const TileMaker& level = composite.level(2);
     EXPECT_EQ(level.parts().size(), 1u);
     EXPECT_TRUE(level.bounds().empty());

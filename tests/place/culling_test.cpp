@@ -120,46 +120,5 @@ TEST(Culling, boxesAreCulledAsLargeAsTheyStand)
     EXPECT_EQ(countKept({large, p}, {big, none}, c, {sun}), 1u);
 }
 
-TEST(Culling, BoundsAreThoseOfTheActiveVoxelsCubes)
-{
-    const openvdb::BBoxd b = boundsOf(dot(0.05)); // a column of 20 voxels
-    EXPECT_TRUE(b.min().eq(Vec3d(-0.025)));
-    EXPECT_TRUE(b.max().eq(Vec3d(0.025, 0.975, 0.025)));
-    Box none = dot(0.05);
-    none.volume.parts[0].density = openvdb::FloatGrid::create(0.0f);
-    EXPECT_TRUE(boundsOf(none).empty());
-}
-
-TEST(Culling, TheRangeReachesFromTheNearestBallInViewToTheFarthest)
-{
-    const Camera c = above(5);
-    const std::vector<openvdb::BBoxd> boxes{{Vec3d(-0.5), Vec3d(0.5)}, {}};
-    const double radius = std::sqrt(0.75);
-    PlacementList list;
-    const auto add = [&](const Vec3d& position, float scale, std::uint32_t box = 0) {
-        Placement p;
-        p.position = position;
-        p.scale = scale;
-        p.box = box;
-        list.placements.push_back(p);
-    };
-    const auto expect = [&](double nearest, double farthest) {
-        const ViewedRange range = viewedRange(list, boxes, c, 640, 480);
-        EXPECT_NEAR(range.nearest, nearest, 1e-12);
-        EXPECT_NEAR(range.farthest, farthest, 1e-12);
-    };
-    expect(0, 0);
-    add(Vec3d(0, 4, 0), 1, 1); // a box without voxels
-    add(Vec3d(0, 20, 0), 1);   // behind the eye
-    add(Vec3d(50, 0, 0), 1);   // outside
-    expect(0, 0);
-    add(Vec3d(0), 1);
-    expect(5 - radius, 5 + radius);
-    add(Vec3d(0, -5, 0), 2);
-    expect(5 - radius, 10 + 2 * radius);
-    add(Vec3d(0, 5, 0), 0.5f); // around the eye
-    expect(0, 10 + 2 * radius);
-}
-
 } // namespace
 } // namespace volcomp

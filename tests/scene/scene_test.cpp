@@ -230,6 +230,23 @@ TEST_F(SceneFile, aLevelThatSeemsToBelongOnTheGroundWarns)
     EXPECT_TRUE(warningsOf("count = 9\n").empty());
 }
 
+TEST_F(SceneFile, hazeThatHidesTheDomeWarns)
+{
+    const std::string dome = "[dome]\ncolour = [1, 1, 1]\n";
+    const auto warningsOf = [&](const std::string& text) {
+        EXPECT_EQ(messageOf(text), "no error");
+        return readScene(m_file).warnings;
+    };
+    const std::vector<std::string> warnings = warningsOf(dome + "[haze]\ndensity = 0.01\n");
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find(".toml:3: [haze]: without a height"), std::string::npos)
+        << warnings[0];
+    EXPECT_TRUE(warningsOf(dome + "[haze]\ndensity = 0.01\nheight = 30\n").empty());
+    EXPECT_TRUE(warningsOf(dome + "visible = false\n[haze]\ndensity = 0.01\n").empty());
+    EXPECT_TRUE(warningsOf(dome + "[haze]\nheight = 0\n").empty());
+    EXPECT_TRUE(warningsOf("[haze]\ndensity = 0.01\n").empty());
+}
+
 TEST(Scenes, ourOwnWarnOfNothing)
 {
     int count = 0;

@@ -51,6 +51,7 @@ TEST_F(Boxes, ShowWhatTheComposedFileShows)
 
 TEST_F(Boxes, ACropAndAnyMemoryShowTheSame)
 {
+    writeSceneWith({{"voxel = 0.02", "voxel_pixels = 1"}, {"eye = ", "eye = [0, 0.6, 0.9]"}});
     ASSERT_EQ(bake().status, 0);
     const std::string more = "--samples 2 --scattering multiple";
     const Image whole = picture("--boxes boxes", more + " --stats a.json"),
@@ -82,6 +83,41 @@ TEST_F(Boxes, VoxelsFollowThePicture)
     // The nearest corner of the tufts is about 1.9 m away; pixels are 2 tan(20 degrees) / 48 of
     // the distance wide.
     EXPECT_NEAR(small, 0.7 * 2 * std::tan(20 * M_PI / 180) / 48 * 1.9, 0.2 * small);
+}
+
+// A picture of a flight is the picture of its camera: what is left of the one before changes
+// nothing.
+TEST_F(Boxes, AFlightShowsWhatEachCameraShows)
+{
+    writeSceneWith("voxel = 0.02", kVoxel); // the same voxels for all cameras
+    ASSERT_EQ(bake().status, 0);
+    write("cameras.txt", "# eye, target, degrees\n0 1.5 2.0 0 0 0\n\n0.3,1.2,1.5, 0,0.1,0, 35\n");
+    const Outcome flown = run("render",
+                              "scene.toml --boxes boxes --samples 2 --cameras cameras.txt "
+                              "-o flight.##.exr --stats a.json");
+    ASSERT_EQ(flown.status, 0) << flown.output;
+    EXPECT_EQ(readImage(path("flight.01.exr")).pixels,
+              picture("--boxes boxes", "--samples 2").pixels);
+    std::string text = read("scene.toml");
+    text.replace(text.find("eye = [0, 1.5, 2.0]\ntarget = [0, 0, 0]"), 39,
+                 "eye = [0.3, 1.2, 1.5]\ntarget = [0, 0.1, 0]\nfield_of_view_degrees = 35\n");
+    write("scene.toml", text);
+    EXPECT_EQ(readImage(path("flight.02.exr")).pixels,
+              picture("--boxes boxes", "--samples 2").pixels);
+    const nlohmann::json frames = readJson("a.json")["frames"];
+    ASSERT_EQ(frames.size(), 2u);
+    EXPECT_LT(frames[1]["tiles_made"], frames[0]["tiles_made"]);
+    expectFailure(run("render", "scene.toml --boxes boxes --cameras cameras.txt -o b.exr"),
+                  {"expected a # in the name"}, "b.exr");
+    write("cameras.txt", "0 1 2 0 0\n");
+    expectFailure(run("render", "scene.toml --boxes boxes --cameras cameras.txt -o b.#.exr"),
+                  {"cameras.txt", "line 1", "eye and target", "5 numbers"}, "b.1.exr");
+    write("cameras.txt", "0 1 2 0 0 0 forty\n");
+    expectFailure(run("render", "scene.toml --boxes boxes --cameras cameras.txt -o b.#.exr"),
+                  {"line 1", "'forty'"}, "b.1.exr");
+    write("cameras.txt", "1 1 1 1 1 1\n");
+    expectFailure(run("render", "scene.toml --boxes boxes --cameras cameras.txt -o b.#.exr"),
+                  {"line 1"}, "b.1.exr");
 }
 
 TEST_F(Boxes, FailWithOneMessage)

@@ -44,6 +44,32 @@ TEST_F(Programs, TheChartIsMeasuredOnceAndDrawn)
     EXPECT_EQ(readJson("chart.json")["stages"].size(), 1u) << second.output; // drawing
 }
 
+// Each point of other light is compared with a reference in this light.
+TEST_F(Programs, TheChartMeasuresOtherLightAgainstItself)
+{
+    if (std::system("command -v gnuplot >/dev/null") != 0)
+        GTEST_SKIP() << "gnuplot is not installed";
+    const Outcome outcome =
+        run("chart", "scene.toml -o chart --width 24 --samples 5 --no-voxels --lights");
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    const std::string csv = read("chart/results.csv"), table = read("chart/table.md");
+    const auto errorOf = [&](const std::string& name) {
+        std::smatch found;
+        const std::size_t at = csv.find("radiance,\"" + name + "\"");
+        EXPECT_NE(at, std::string::npos) << name;
+        const std::string row = csv.substr(at);
+        EXPECT_TRUE(std::regex_search(
+            row, found, std::regex("^radiance,\"[^\"]*\",\"[^\"]*\",[0-9.]+,([^,]+),")));
+        return std::stod(found[1]);
+    };
+    // Beside a reference in the scene's light they would be off by 1.9 and 1.2 times as much.
+    const double own = errorOf("sweep, 4");
+    EXPECT_LT(errorOf("multiple, 4"), 1.2 * own);
+    EXPECT_LT(errorOf("dome, 4"), 1.1 * own);
+    EXPECT_NE(table.find("| dome, 4 |"), std::string::npos) << table;
+    EXPECT_EQ(csv.find("\"single, 4\""), std::string::npos);
+}
+
 // gnuplot and OpenImageIO read names in their own ways, and a path may hold anything.
 TEST_F(Programs, TheChartIsDrawnInAFolderOfAnyName)
 {
@@ -109,6 +135,56 @@ TEST_F(Programs, TheChartComparesWithTheGeometry)
     ASSERT_EQ(third.status, 0) << third.output;
     EXPECT_EQ(readJson("stats.json")["stages"].size(), 2u) << third.output;
     EXPECT_EQ(readJson("chart/truth.json")["results"][5]["cost"], found["results"][5]["cost"]);
+}
+
+// Other light has exact pictures, curves and charts of its own.
+TEST_F(Programs, TheChartComparesOtherLightWithTheGeometryInThisLight)
+{
+    if (std::system("command -v gnuplot >/dev/null") != 0)
+        GTEST_SKIP() << "gnuplot is not installed";
+    const Outcome first = run("chart",
+                              "scene.toml --truth -o chart --width 24 --voxels 2 --truth-samples "
+                              "16 --lights");
+    ASSERT_EQ(first.status, 0) << first.output;
+    const nlohmann::json found = readJson("chart/truth.json");
+    ASSERT_EQ(found["other_lights"].size(), 2u);
+    const std::string own = found["exact"]["picture"];
+    for (const auto& [light, option] :
+         {std::pair{"multiple", "--scattering multiple"}, {"dome", "--dome 0.5"}}) {
+        const nlohmann::json& there = found["other_lights"][light];
+        ASSERT_EQ(there["results"].size(), 4u + 3) << light;
+        EXPECT_EQ(read(std::string("chart/truth_") + light + ".png").substr(1, 3), "PNG");
+        const std::string exact = there["exact"]["picture"];
+        EXPECT_NE(exact, own);
+        // The reference is what volcomp-truth makes of this light, the picture what
+        // volcomp-render makes.
+        const nlohmann::json& row = there["results"][5];
+        ASSERT_EQ(row["samples"], 4);
+        const auto errorTo = [&](const std::string& known) {
+            const Outcome compared =
+                run("truth",
+                    "scene.toml --known chart/" + known + " --compare chart/"
+                        + std::string(row["picture"]) + " --stats compared.json");
+            EXPECT_EQ(compared.status, 0) << compared.output;
+            return readJson("compared.json")["error"];
+        };
+        EXPECT_EQ(errorTo(exact), row["error"]) << light;
+        const Outcome traced = run("truth",
+                                   "scene.toml --size 24x16 --no-background --samples 16 --seed 1 "
+                                   "-o again.exr "
+                                       + std::string(option));
+        ASSERT_EQ(traced.status, 0) << traced.output;
+        EXPECT_EQ(readImage(path("again.exr")).pixels, readImage(path("chart") / exact).pixels)
+            << light;
+    }
+    EXPECT_NE(read("chart/truth.md").find("# scene, dome: "), std::string::npos);
+    // The second run only draws.
+    const Outcome second = run("chart",
+                               "scene.toml --truth -o chart --width 24 --voxels 2 --truth-samples "
+                               "16 --lights --stats stats.json");
+    ASSERT_EQ(second.status, 0) << second.output;
+    EXPECT_EQ(readJson("chart/truth.json"), found);
+    EXPECT_EQ(readJson("stats.json")["stages"].size(), 3u) << second.output;
 }
 
 TEST_F(Programs, TheChartAgainstTheGeometryRefusesWhatItCannotDo)

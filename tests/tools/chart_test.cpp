@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tools/chart/results.h"
 #include "volcomp/base/random.h"
 
 using namespace volcomp;
@@ -74,6 +75,37 @@ TEST(Chart, NamesNeitherOverlapNorLeaveTheFrame)
                 EXPECT_FALSE(overlap(boxes[i], boxes[k])) << names[i] << " and " << names[k];
             }
     }
+}
+
+TEST(Chart, WhatIsApartIsNotOnTheFront)
+{
+    ChartPanel panel;
+    panel.front = true;
+    panel.series = {{"own", false, false, {{"", 3, 2}}, false},
+                    {"other light", false, false, {{"", 1, 1}}, true}};
+    const auto front = [&] {
+        const std::string script = gnuplotScript({panel}, 800, 600, "out.svg");
+        const std::size_t at = script.find("$front0 << END\n");
+        return at == std::string::npos
+            ? ""
+            : script.substr(at + 15, script.find("END", at + 15) - at - 15);
+    };
+    EXPECT_EQ(front(), "3 2\n");
+    panel.series[1].apart = false;
+    EXPECT_EQ(front(), "1 1\n");
+}
+
+TEST(Chart, OtherLightIsNoChoiceOfSettings)
+{
+    const nlohmann::json four = {{"samples", 4}};
+    std::vector<Result> radiance{{{"sweep, 4", kOwnLightFamily, {}}, four, 0.05, 2.0, 0.04},
+                                 {{"multiple, 4", "multiple", {}}, four, 0.03, 1.5, 0.02, true}};
+    const std::string tables = choiceTables(radiance, {});
+    EXPECT_NE(tables.find("| 0.1 | sweep, 4 | 0.05 | 2.00 |"), std::string::npos) << tables;
+    EXPECT_NE(tables.find("| multiple, 4 | 0.03 | 0.02 | 1.50 | 0.75 |"), std::string::npos)
+        << tables;
+    radiance.pop_back();
+    EXPECT_EQ(choiceTables(radiance, {}).find("other light"), std::string::npos);
 }
 
 TEST(Chart, TheScriptQuotesNamesAndLeavesOutWhatLogsCannotShow)

@@ -25,7 +25,9 @@ TEST_F(Programs, TruthScattersLightAsOftenAsTheSceneOrTheOptionSays)
     EXPECT_NE(refused.output.find("--bounces: expected 1 beside --no-shadows"), std::string::npos)
         << refused.output;
     EXPECT_NE(refused.output.find("found 3"), std::string::npos) << refused.output;
+    EXPECT_EQ(bounces("--scattering multiple"), 64);
     write("scene.toml", read("scene.toml") + "scattering = \"multiple\"\n");
+    EXPECT_EQ(bounces("--scattering single"), 1);
     EXPECT_EQ(bounces(""), 64);
     EXPECT_EQ(bounces("--no-shadows"), 1);
 }

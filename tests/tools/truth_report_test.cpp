@@ -98,12 +98,20 @@ TEST(TruthReport, TableSentencesAndJsonHoldTheFigures)
               std::string::npos)
         << sentences;
     EXPECT_NE(sentences.find("extrapolated: 200 samples"), std::string::npos) << sentences;
-    const auto json = truthJson(results, {}, "chart/cache/exact.exr", "chart");
+    std::vector<TruthOfLight> lights(2);
+    lights[0].exact = "chart/cache/exact.exr";
+    lights[0].results = results;
+    lights[1].light.name = "dome";
+    lights[1].exact = "chart/cache/dome.exr";
+    lights[1].results = curves();
+    const auto json = truthJson(lights, {}, "chart");
     EXPECT_EQ(json["exact"]["picture"], "cache/exact.exr");
     EXPECT_EQ(json["results"][4]["equal_blocks"]["times_of_curves"], 0.2);
     EXPECT_EQ(json["results"][4]["cost"]["sum"]["cpu_seconds"], 2.0);
     EXPECT_EQ(json["results"][4]["cost"]["sum"]["wall_seconds"], 1.0);
     EXPECT_EQ(json["results"][3]["kind"], "curves");
+    EXPECT_EQ(json["other_lights"]["dome"]["exact"]["picture"], "cache/dome.exr");
+    EXPECT_EQ(json["other_lights"]["dome"]["results"].size(), kCurveSamples.size());
 }
 
 TEST(TruthChart, LeavesOutWhatLogarithmsCannotShow)

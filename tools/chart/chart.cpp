@@ -16,8 +16,8 @@ namespace volcomp {
 namespace {
 
 constexpr double kFont = 13, kCharacter = 0.57 * kFont, kLine = 1.2 * kFont; // pixels
-constexpr const char* kColours[] = {"#0b5fa5", "#c8442c", "#2e8540", "#8a4bae",
-                                    "#b07a00", "#4d4d4d", "#108a8a", "#d16ba5"};
+constexpr const char* kColours[] = {"#0b5fa5", "#c8442c", "#2e8540", "#8a4bae", "#b07a00",
+                                    "#4d4d4d", "#108a8a", "#d16ba5", "#7a5230", "#7d8a00"};
 
 bool drawable(const ChartPoint& p)
 {
@@ -116,7 +116,7 @@ PanelData dataOf(const ChartPanel& panel)
             if (!drawable(p)) continue;
             data.x.add(p.x);
             (s.right ? data.right : data.y).add(p.y);
-            if (!s.right) data.left_points.push_back(p);
+            if (!s.right && !s.apart) data.left_points.push_back(p);
         }
     data.x = data.x.padded();
     data.y = data.y.padded();
@@ -164,7 +164,11 @@ std::string plotOf(const ChartSeries& series, const std::string& data, const cha
     const bool markers = !series.line || series.points.size() < 20;
     const char* style = !series.line ? "points" : markers ? "linespoints" : "lines";
     return fmt::format("${} using 1:2 {} with {} {} lw 2 lc rgb '{}' {}", data,
-                       series.right ? "axes x1y2" : "", style, markers ? "pt 7 ps 0.9" : "", colour,
+                       series.right ? "axes x1y2" : "", style,
+                       !markers           ? ""
+                           : series.apart ? "pt 6 ps 1"
+                                          : "pt 7 ps 0.9",
+                       colour,
                        series.name.empty() ? "notitle"
                                            : "title " + gnuplotText(series.name) + " noenhanced");
 }

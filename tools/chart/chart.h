@@ -21,6 +21,7 @@ struct ChartSeries {
     bool line = false;  ///< joined in their order
     bool right = false; ///< against the axis on the right
     std::vector<ChartPoint> points;
+    bool apart = false; ///< not to be compared with the others: not on the Pareto front; hollow
 };
 
 /// One pair of axes with its series.

@@ -15,7 +15,7 @@ std::vector<Row> radianceRows()
         rows.push_back({name, family, std::move(change)});
     };
     for (const int samples : {1, 4, 16})
-        add(fmt::format("sweep, {}", samples), "box, sweep",
+        add(fmt::format("sweep, {}", samples), kOwnLightFamily,
             [=](RenderParams& p) { p.samples = samples; });
     for (const int samples : {1, 4, 16})
         add(fmt::format("rays, {}", samples), "box, shadow rays",
@@ -41,6 +41,15 @@ std::vector<Row> radianceRows()
     }
     add("no shadows, 4", "left out", [](RenderParams& p) { p.shadows = Shadows::none; });
     add("isotropic, 4", "left out", [](RenderParams& p) { p.extinction = Extinction::isotropic; });
+    return rows;
+}
+
+std::vector<Row> otherLightRows(const std::string& light)
+{
+    std::vector<Row> rows;
+    for (const int samples : {1, 4, 16})
+        rows.push_back({fmt::format("{}, {}", light, samples), light + ", against the same light",
+                        [=](RenderParams& p) { p.samples = samples; }});
     return rows;
 }
 

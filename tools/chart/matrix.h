@@ -21,9 +21,15 @@ struct Row {
 /// takes the same rays, which leaves out the error of sampling.
 constexpr int kSamples = 4;
 
+/// The family of rows that other light is measured with: box filter, swept light.
+inline const std::string kOwnLightFamily = "box, sweep";
+
 /// Returns the rows of the panel of radiance. They change the settings: exact, box, the scene's
 /// extinction, sweep, cutoff 0.001, kSamples samples. Names end in the samples per pixel.
 std::vector<Row> radianceRows();
+
+/// Returns the rows of the panel of radiance under other light, whose name stands before theirs.
+std::vector<Row> otherLightRows(const std::string& light);
 
 /// Returns the settings of the reference for radiance: trilinear, shadow rays, nearly no cutoff.
 RenderParams radianceReference(RenderParams params, int samples);

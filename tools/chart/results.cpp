@@ -35,6 +35,26 @@ std::string choiceTable(const std::string& title, const std::vector<ChartPoint>&
     return text;
 }
 
+std::string otherLightTable(const std::vector<Result>& radiance)
+{
+    std::string rows;
+    for (const Result& r : radiance) {
+        if (!r.other_light) continue;
+        const auto own = std::find_if(radiance.begin(), radiance.end(), [&](const Result& other) {
+            return !other.other_light && other.settings.at("samples") == r.settings.at("samples")
+                && other.row.family == kOwnLightFamily;
+        });
+        rows += fmt::format(
+            "| {} | {:.2g} | {} | {:.2f} | {} |\n", r.row.name, r.error,
+            r.method_error < 0 ? "" : fmt::format("{:.2g}", r.method_error), r.cpu_seconds,
+            own == radiance.end() ? "" : fmt::format("{:.2f}", r.cpu_seconds / own->cpu_seconds));
+    }
+    if (rows.empty()) return "";
+    return "\n| other light, box, sweep, samples | error against this light | the same rays | CPU "
+           "seconds | times the scene's light |\n|---|---|---|---|---|\n"
+        + rows;
+}
+
 } // namespace
 
 double relativeError(const Image& image, const Image& reference,
@@ -62,6 +82,7 @@ std::string choiceTables(const std::vector<Result>& radiance,
 {
     std::vector<ChartPoint> all, method, depth;
     for (const Result& r : radiance) {
+        if (r.other_light) continue;
         all.push_back({r.row.name, r.cpu_seconds, r.error});
         if (r.method_error >= 0) method.push_back({r.row.name, r.cpu_seconds, r.method_error});
     }
@@ -70,7 +91,7 @@ std::string choiceTables(const std::vector<Result>& radiance,
                          r.cpu_seconds, r.error});
     return choiceTable("radiance, sampling included", all) + "\n"
         + choiceTable("radiance, the same rays as the reference", method) + "\n"
-        + choiceTable("transmittance at pixel centres", depth);
+        + choiceTable("transmittance at pixel centres", depth) + otherLightTable(radiance);
 }
 
 std::string csvRows(const std::string& panel, const std::vector<Result>& results)

@@ -18,6 +18,7 @@ struct Result {
     nlohmann::json settings;
     double error, cpu_seconds;
     double method_error = -1; ///< without the error of sampling; below 0 if it is not known
+    bool other_light = false; ///< the reference has this row's own light (OtherLight)
 };
 
 /// The least error that is told apart from none: pictures are floats.
@@ -30,7 +31,8 @@ inline const std::vector<std::string> kRgb{"R", "G", "B"};
 double relativeError(const Image& image, const Image& reference,
                      const std::vector<std::string>& channels);
 
-/// Returns tables in Markdown that say which setting is the quickest within a limit of error.
+/// Returns tables in Markdown that say which setting is the quickest within a limit of error, and
+/// one of what was measured under other light, which is no choice of settings.
 std::string choiceTables(const std::vector<Result>& radiance,
                          const std::vector<Result>& transmittance);
 

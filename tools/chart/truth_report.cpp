@@ -83,6 +83,40 @@ json toJson(const TruthResult& r, const EqualError& curves)
             {"from", from[int(curves.from)]}};
 }
 
+std::string seenFrom(const std::filesystem::path& directory, const std::filesystem::path& file)
+{
+    return file.lexically_relative(directory).string();
+}
+
+json toJson(const std::vector<TruthResult>& results, const std::filesystem::path& directory)
+{
+    json all;
+    for (const TruthResult& r : results) {
+        const PictureError& e = r.error;
+        json row = {{"name", nameOf(r)},
+                    {"kind", r.curves ? "curves" : "volume"},
+                    {"samples", r.row.samples},
+                    {"picture", seenFrom(directory, r.picture)},
+                    {"error", toJson(e)},
+                    {"cost",
+                     {{"bake", toJson(r.costs.bake)},
+                      {"build", toJson(r.costs.build)},
+                      {"load", toJson(r.costs.load)},
+                      {"picture", toJson(r.costs.picture)},
+                      {"sum", toJson(r.costs.sum())}}}};
+        if (!r.curves) {
+            row["voxel_m"] = r.voxel;
+            row["voxel_factor"] = r.row.factor;
+            row["filter"] = wordOf(kFilterWords, r.row.filter);
+            row["shadows"] = wordOf(kShadowsWords, r.row.shadows);
+            row["equal_pixels"] = toJson(r, r.at_pixels);
+            row["equal_blocks"] = toJson(r, r.at_blocks);
+        }
+        all.push_back(std::move(row));
+    }
+    return all;
+}
+
 } // namespace
 
 std::string nameOf(const TruthResult& r)
@@ -171,38 +205,16 @@ std::string truthTable(const std::vector<TruthResult>& results)
           "samples of curves already have a smaller error.\n";
 }
 
-json truthJson(const std::vector<TruthResult>& results, const TruthSetup& setup,
-               const std::filesystem::path& exact, const std::filesystem::path& directory)
+json truthJson(const std::vector<TruthOfLight>& lights, const TruthSetup& setup,
+               const std::filesystem::path& directory)
 {
-    const auto seen = [&](const std::filesystem::path& file) {
-        return file.lexically_relative(directory).string();
-    };
-    json all = {{"width", setup.width},
-                {"height", setup.height},
-                {"voxel_m", setup.voxel},
-                {"exact", {{"samples", setup.samples}, {"picture", seen(exact)}}}};
-    for (const TruthResult& r : results) {
-        const PictureError& e = r.error;
-        json row = {{"name", nameOf(r)},
-                    {"kind", r.curves ? "curves" : "volume"},
-                    {"samples", r.row.samples},
-                    {"picture", seen(r.picture)},
-                    {"error", toJson(e)},
-                    {"cost",
-                     {{"bake", toJson(r.costs.bake)},
-                      {"build", toJson(r.costs.build)},
-                      {"load", toJson(r.costs.load)},
-                      {"picture", toJson(r.costs.picture)},
-                      {"sum", toJson(r.costs.sum())}}}};
-        if (!r.curves) {
-            row["voxel_m"] = r.voxel;
-            row["voxel_factor"] = r.row.factor;
-            row["filter"] = wordOf(kFilterWords, r.row.filter);
-            row["shadows"] = wordOf(kShadowsWords, r.row.shadows);
-            row["equal_pixels"] = toJson(r, r.at_pixels);
-            row["equal_blocks"] = toJson(r, r.at_blocks);
-        }
-        all["results"].push_back(std::move(row));
+    json all = {{"width", setup.width}, {"height", setup.height}, {"voxel_m", setup.voxel}};
+    for (const TruthOfLight& l : lights) {
+        const json found = {
+            {"exact", {{"samples", setup.samples}, {"picture", seenFrom(directory, l.exact)}}},
+            {"results", toJson(l.results, directory)}};
+        if (l.light.own()) all.update(found);
+        else all["other_lights"][l.light.name] = found;
     }
     return all;
 }

@@ -29,9 +29,9 @@ std::string truthSentences(const std::vector<TruthResult>& results);
 /// curves at equal error.
 std::string truthTable(const std::vector<TruthResult>& results);
 
-/// Returns all figures. Pictures are named as seen from `directory`.
-nlohmann::json truthJson(const std::vector<TruthResult>& results, const TruthSetup& setup,
-                         const std::filesystem::path& exact,
+/// Returns all figures: those of the scene's own light, which comes first, and in "other_lights"
+/// those of the others by their names. Pictures are named as seen from `directory`.
+nlohmann::json truthJson(const std::vector<TruthOfLight>& lights, const TruthSetup& setup,
                          const std::filesystem::path& directory);
 
 } // namespace volcomp

@@ -42,6 +42,30 @@ Cost rest(const Cost& all, const Cost& a, const Cost& b = {})
     return {std::max(0.0, all.cpu - a.cpu - b.cpu), std::max(0.0, all.wall - a.wall - b.wall)};
 }
 
+/// The name of a stage under a light.
+std::string under(const OtherLight& light, const std::string& name)
+{
+    return light.own() ? name : light.name + ": " + name;
+}
+
+/// Fills in what curves of the same error take.
+void findEqualErrors(std::vector<TruthResult>& results)
+{
+    std::vector<CurveCost> pixels, blocks;
+    for (const TruthResult& r : results) {
+        if (!r.curves) continue;
+        const double samples = r.row.samples, all = r.costs.sum().cpu,
+                     picture = r.costs.picture.cpu;
+        pixels.push_back({samples, all, picture, r.error.rmse});
+        blocks.push_back({samples, all, picture, r.error.block_rmse});
+    }
+    for (TruthResult& r : results) {
+        if (r.curves) continue;
+        r.at_pixels = curvesAtError(pixels, r.error.rmse);
+        r.at_blocks = curvesAtError(blocks, r.error.block_rmse);
+    }
+}
+
 } // namespace
 
 TruthStudy::TruthStudy(Tool& tool, const Scene& scene, TruthSetup setup)
@@ -67,6 +91,12 @@ TruthStudy::Command TruthStudy::withLeftOut(Command command) const
 {
     for (const std::string& surface : m_setup.leave_out)
         command.insert(command.end(), {"--leave-out", surface});
+    return command;
+}
+
+TruthStudy::Command TruthStudy::withLight(Command command, const OtherLight& light)
+{
+    for (std::string& option : light.options()) command.push_back(std::move(option));
     return command;
 }
 
@@ -123,29 +153,40 @@ json TruthStudy::pictured(const std::string& name, const json& key, const fs::pa
     return figures;
 }
 
-void TruthStudy::traceExact()
+void TruthStudy::traceExact(TruthOfLight& light)
 {
-    const json exact = key({"truth"}, {{"exact", m_setup.samples}, {"size", size()}});
-    m_exact = keptFile(m_setup.directory, "exact", exact, ".exr");
-    pictured(fmt::format("exact picture, {} samples", m_setup.samples), exact, m_exact, 1, [&] {
-        return withLeftOut({"volcomp-truth", m_scene.file.string(), "--samples",
-                            std::to_string(m_setup.samples), "--seed", kExactSeed, "--size", size(),
-                            "--no-background"});
-    });
+    const json exact = key(
+        {"truth"}, {{"exact", m_setup.samples}, {"size", size()}, {"light", light.light.key()}});
+    light.exact = keptFile(m_setup.directory, "exact", exact, ".exr");
+    pictured(under(light.light, fmt::format("exact picture, {} samples", m_setup.samples)), exact,
+             light.exact, 1, [&] {
+                 return withLight(withLeftOut({"volcomp-truth", m_scene.file.string(), "--samples",
+                                               std::to_string(m_setup.samples), "--seed",
+                                               kExactSeed, "--size", size(), "--no-background"}),
+                                  light.light);
+             });
+    const Image image = readImage(light.exact);
+    if (std::all_of(image.pixels.begin(), image.pixels.end(), // R, G, B, A, then the half's
+                    [i = 0](float x) mutable { return i++ % 4 == 3 || x <= 0; }))
+        throw fileError(m_scene.file, light.light.name, "a camera that sees something lit",
+                        "a black picture");
 }
 
-TruthResult TruthStudy::curves(int samples)
+TruthResult TruthStudy::curves(const OtherLight& light, int samples)
 {
     TruthResult result;
     result.curves = true;
     result.row.samples = samples;
-    const json what = key({"truth"}, {{"curves", samples}, {"size", size()}});
+    const json what =
+        key({"truth"}, {{"curves", samples}, {"size", size()}, {"light", light.key()}});
     result.picture = keptFile(m_setup.directory, "curves", what, ".exr");
-    const json figures =
-        pictured(fmt::format("curves, {} a pixel", samples), what, result.picture, kRepeats, [&] {
-            return withLeftOut({"volcomp-truth", m_scene.file.string(), "--samples",
-                                std::to_string(samples), "--seed", kSeed, "--size", size(),
-                                "--no-background", "--no-halves"});
+    const json figures = pictured(
+        under(light, fmt::format("curves, {} a pixel", samples)), what, result.picture, kRepeats,
+        [&] {
+            return withLight(withLeftOut({"volcomp-truth", m_scene.file.string(), "--samples",
+                                          std::to_string(samples), "--seed", kSeed, "--size",
+                                          size(), "--no-background", "--no-halves"}),
+                             light);
         });
     result.costs.build = costOf(figures, {"grow and place", "tree"});
     result.costs.picture = costOf(figures, {"trace"});
@@ -201,7 +242,7 @@ fs::path TruthStudy::composed(double factor)
     return file;
 }
 
-TruthResult TruthStudy::volume(const TruthRow& row)
+TruthResult TruthStudy::volume(const OtherLight& light, const TruthRow& row)
 {
     TruthResult result;
     result.row = row;
@@ -214,20 +255,19 @@ TruthResult TruthStudy::volume(const TruthRow& row)
                            {"filter", filter},
                            {"shadows", shadows},
                            {"samples", samples},
-                           {"size", size()}});
+                           {"size", size()},
+                           {"light", light.key()}});
     result.picture = keptFile(m_setup.directory, "volume", what, ".exr");
     const json figures = pictured(
-        fmt::format("voxels x{:g}, {}, {}, {} a pixel", row.factor, filter, shadows, samples), what,
-        result.picture, kRepeats, [&] {
-            return Command{"volcomp-render", m_scene.file.string(),
-                           "--volume",       composed(row.factor).string(),
-                           "--size",         size(),
-                           "--samples",      samples,
-                           "--filter",       filter,
-                           "--shadows",      shadows,
-                           "--integration",  "exact",
-                           "--no-lod",       "--no-background",
-                           "--checkpoint",   "0"};
+        under(
+            light,
+            fmt::format("voxels x{:g}, {}, {}, {} a pixel", row.factor, filter, shadows, samples)),
+        what, result.picture, kRepeats, [&] {
+            return withLight({"volcomp-render", m_scene.file.string(), "--volume",
+                              composed(row.factor).string(), "--size", size(), "--samples", samples,
+                              "--filter", filter, "--shadows", shadows, "--integration", "exact",
+                              "--no-lod", "--no-background", "--checkpoint", "0"},
+                             light);
         });
     result.costs.bake = costOf(bakeFigures());
     result.costs.build = costOf(composeFigures(row.factor));
@@ -236,37 +276,35 @@ TruthResult TruthStudy::volume(const TruthRow& row)
     return result;
 }
 
-std::vector<TruthResult> TruthStudy::measure()
+std::vector<TruthOfLight> TruthStudy::measure()
 {
-    traceExact();
-    const Image exact = readImage(m_exact);
-    if (std::all_of(exact.pixels.begin(), exact.pixels.end(), // R, G, B, A, then the half's
-                    [i = 0](float x) mutable { return i++ % 4 == 3 || x <= 0; }))
-        throw fileError(m_scene.file, "", "a camera that sees something lit", "a black picture");
-    std::vector<TruthResult> results;
-    results.reserve(kCurveSamples.size());
-    for (const int samples : kCurveSamples) results.push_back(curves(samples));
+    std::vector<TruthOfLight> lights(1);
+    lights.reserve(1 + m_setup.other_lights.size());
+    for (const OtherLight& other : m_setup.other_lights) lights.push_back({other, {}, {}});
+    for (TruthOfLight& l : lights) {
+        traceExact(l);
+        for (const int samples : kCurveSamples) l.results.push_back(curves(l.light, samples));
+    }
+    const double nearest =
+        *std::min_element(m_setup.factors.begin(), m_setup.factors.end(), [](double a, double b) {
+            return std::abs(std::log(a)) < std::abs(std::log(b));
+        });
     for (const double factor : m_setup.factors) {
-        for (const TruthRow& row : truthRows({factor}, m_setup.all_methods))
-            results.push_back(volume(row));
+        for (TruthOfLight& l : lights)
+            for (const TruthRow& row : truthRows({factor}, m_setup.all_methods)) {
+                const bool plain = row.filter == Filter::box && row.shadows == Shadows::sweep;
+                if (!l.light.own() && !(plain && factor == nearest)) continue;
+                l.results.push_back(volume(l.light, row));
+            }
         std::error_code code; // volumes are large, and quick to make anew
         fs::remove(keptFile(m_setup.directory, "truth_volume", composeKey(factor), ".vdb"), code);
     }
-    std::vector<CurveCost> pixels, blocks;
-    for (TruthResult& r : results) {
-        r.error = pictureError(readImage(r.picture), exact);
-        if (!r.curves) continue;
-        const double samples = r.row.samples, all = r.costs.sum().cpu,
-                     picture = r.costs.picture.cpu;
-        pixels.push_back({samples, all, picture, r.error.rmse});
-        blocks.push_back({samples, all, picture, r.error.block_rmse});
+    for (TruthOfLight& l : lights) {
+        const Image exact = readImage(l.exact);
+        for (TruthResult& r : l.results) r.error = pictureError(readImage(r.picture), exact);
+        findEqualErrors(l.results);
     }
-    for (TruthResult& r : results) {
-        if (r.curves) continue;
-        r.at_pixels = curvesAtError(pixels, r.error.rmse);
-        r.at_blocks = curvesAtError(blocks, r.error.block_rmse);
-    }
-    return results;
+    return lights;
 }
 
 } // namespace volcomp

@@ -12,6 +12,7 @@
 
 #include "tools/chart/equal_error.h"
 #include "tools/chart/matrix.h"
+#include "tools/chart/other_light.h"
 #include "tools/shared/picture_error.h"
 #include "tools/shared/tool.h"
 #include "volcomp/scene/scene.h"
@@ -57,6 +58,14 @@ struct TruthSetup {
     std::vector<double> factors{0.5, 1, 2, 4};
     bool all_methods = false;
     std::vector<std::string> leave_out;
+    std::vector<OtherLight> other_lights; ///< measured beside the scene's own
+};
+
+/// What was measured under one light. All errors are against `exact`, which has this light.
+struct TruthOfLight {
+    OtherLight light;
+    std::filesystem::path exact;      ///< the exact picture
+    std::vector<TruthResult> results; ///< the curves first
 };
 
 /// The scene's pictures by our programs, which lie beside the one that runs. Everything measured is
@@ -67,19 +76,19 @@ public:
     /// The references must outlive this. `scene` is without the surfaces to leave out.
     TruthStudy(Tool& tool, const Scene& scene, TruthSetup setup);
 
-    /// Returns all results, the curves first. Throws Error if a program fails.
-    std::vector<TruthResult> measure();
+    /// Returns what was measured under the scene's own light, then under the others: of these the
+    /// box filter and swept light alone, at the voxel size that is nearest to the scene's. Throws
+    /// Error if a program fails.
+    std::vector<TruthOfLight> measure();
 
     const TruthSetup& setup() const { return m_setup; }
-    /// The file of the exact picture, after measure().
-    const std::filesystem::path& exactFile() const { return m_exact; }
 
 private:
     using Command = std::vector<std::string>;
 
-    void traceExact();
-    TruthResult curves(int samples);
-    TruthResult volume(const TruthRow& row);
+    void traceExact(TruthOfLight& light);
+    TruthResult curves(const OtherLight& light, int samples);
+    TruthResult volume(const OtherLight& light, const TruthRow& row);
     std::filesystem::path boxes();
     std::filesystem::path composed(double factor);
     nlohmann::json composeKey(double factor) const;
@@ -92,6 +101,7 @@ private:
     nlohmann::json timed(const std::string& name, const Command& command, int repeats);
     nlohmann::json key(std::initializer_list<const char*> programs, nlohmann::json what) const;
     Command withLeftOut(Command command) const;
+    static Command withLight(Command command, const OtherLight& light);
     std::string size() const;
     void warnOf(const std::string& output);
 
@@ -100,7 +110,6 @@ private:
     TruthSetup m_setup;
     std::string m_scene_hash;
     nlohmann::json m_programs; ///< hashes by name
-    std::filesystem::path m_exact;
     std::set<std::string> m_warned;
 };
 

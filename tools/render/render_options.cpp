@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/shared/choice.h"
+#include "tools/shared/even_dome.h"
 #include "tools/shared/numbers.h"
 #include "volcomp/base/error.h"
 
@@ -62,6 +63,7 @@ RenderOptions::RenderOptions(CLI::App& app)
               kOwnShadeWords);
     addChoice(app, "--scattering", m_scattering,
               "Whether light is scattered once or any number of times" + scenes, kScatteringWords);
+    addEvenDome(app, m_dome);
     app.add_option(
            "--cutoff", m_cutoff,
            "Rays end where a smaller fraction of light passes; no radiance is off by more than this fraction of the brightest voxel's"
@@ -123,6 +125,7 @@ void RenderOptions::apply(RenderParams& params) const
     params.scattering = m_scattering.value_or(params.scattering);
     params.cutoff = m_cutoff.value_or(params.cutoff);
     params.lod = m_lod.value_or(params.lod);
+    applyEvenDome(params, m_dome);
     if (m_background) return;
     params.background = Vec3d(0.0);
     params.dome.visible = false; // it goes on shining

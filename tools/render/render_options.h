@@ -42,7 +42,7 @@ private:
     std::optional<Extinction> m_extinction;
     std::optional<OwnShade> m_own_shade;
     std::optional<Scattering> m_scattering;
-    std::optional<double> m_pixel_radius, m_step, m_cutoff, m_exposure;
+    std::optional<double> m_pixel_radius, m_step, m_cutoff, m_exposure, m_dome;
     std::optional<Tone> m_tone;
     std::optional<bool> m_lod;
     bool m_background = true;

@@ -2,6 +2,7 @@
 #include "tools/render/rendered_volume.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -14,44 +15,72 @@ namespace volcomp {
 namespace {
 
 /// The edge of the finest voxels that the boxes have, as they are placed; infinite without any.
-double finestOfBoxes(const PlacedScene& placed, const std::vector<PackedBox>& boxes)
+double finestOfBoxes(const PlacedScene& placed, const std::vector<BoxSize>& boxes)
 {
     double finest = kInfinity;
     for (const Placement& p : placed.boxes.placements)
-        finest = std::min(finest, boxes[p.box].voxelSize() * p.scale);
+        finest = std::min(finest, boxes[p.box].voxel * p.scale);
     return finest;
 }
 
 /// The width of a pixel at a distance, world units.
-double pixelAt(const Scene& scene, double distance)
+double pixelAt(const Camera& camera, int width, double distance)
 {
-    const Camera& camera = scene.camera;
     return camera.projection == Projection::perspective
-        ? 2 * std::tan(camera.field_of_view / 2) / scene.render.width * distance
-        : camera.width / scene.render.width;
+        ? 2 * std::tan(camera.field_of_view / 2) / width * distance
+        : camera.width / width;
 }
 
-VoxelRange chooseRange(const Tool& tool, const Scene& scene, const PlacedScene& placed,
-                       const std::vector<PackedBox>& boxes)
+/// What cameras see, and the voxel that the nearest of it needs.
+struct Wanted {
+    double voxel = kInfinity, nearest = 0;
+    int levels = 1; ///< from `floor` on, see wantedBy()
+};
+
+/// `floor` is the finest voxel that is of use.
+Wanted wantedBy(const std::vector<Camera>& cameras, const Scene& scene, const PlacedScene& placed,
+                const std::vector<BoxSize>& boxes, double floor)
 {
-    std::vector<openvdb::BBoxd> bounds;
-    bounds.reserve(boxes.size());
-    for (const PackedBox& box : boxes) bounds.push_back(box.bounds);
-    const ViewedRange range =
-        viewedRange(placed.boxes, bounds, scene.camera, scene.render.width, scene.render.height);
-    const double pixels = scene.compose.voxel_pixels,
-                 wanted = pixels * pixelAt(scene, range.nearest);
-    double floor = std::max(scene.compose.voxel, finestOfBoxes(placed, boxes));
-    if (!(floor < kInfinity)) floor = std::max(wanted, 1.0); // nothing is placed
-    const VoxelRange voxels{
-        std::max(wanted, floor),
-        levelsNeeded(std::max(wanted, floor), range.farthest, scene.camera, scene.render, pixels)};
-    tool.say(fmt::format(
-        "{} of voxels, the finest {:.4g} m: at most {:g} of a pixel from {:.4g} m "
-        "on{}",
-        voxels.levels == 1 ? "one level" : fmt::format("{} levels", voxels.levels), voxels.finest,
-        pixels, range.nearest * std::max(1.0, voxels.finest / std::max(wanted, 1e-300)),
-        floor > wanted ? fmt::format(", where finer boxes would be needed before") : ""));
+    const int width = scene.render.width, height = scene.render.height;
+    const double pixels = scene.compose.voxel_pixels;
+    std::vector<BoxBall> balls;
+    balls.reserve(boxes.size());
+    for (const BoxSize& box : boxes) balls.push_back(box.ball);
+    Wanted wanted;
+    std::vector<double> farthest;
+    farthest.reserve(cameras.size());
+    for (const Camera& camera : cameras) {
+        const ViewedRange range = viewedRange(placed.boxes, balls, camera, width, height);
+        farthest.push_back(range.farthest);
+        const double voxel = pixels * pixelAt(camera, width, range.nearest);
+        if (range.farthest > 0 && voxel < wanted.voxel) {
+            wanted.voxel = voxel;
+            wanted.nearest = range.nearest;
+        }
+    }
+    if (!(wanted.voxel < kInfinity)) wanted.voxel = 1; // nothing is seen
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        wanted.levels = std::max(wanted.levels,
+                                 levelsNeeded(std::max(wanted.voxel, floor), farthest[i],
+                                              cameras[i], scene.render, pixels));
+    return wanted;
+}
+
+VoxelRange chooseRange(const Tool& tool, const Scene& scene, const std::vector<Camera>& cameras,
+                       const PlacedScene& placed, const std::vector<BoxSize>& boxes)
+{
+    const double finest = finestOfBoxes(placed, boxes),
+                 floor = std::max(scene.compose.voxel, finest < kInfinity ? finest : 0);
+    const Wanted wanted = wantedBy(cameras, scene, placed, boxes, floor);
+    const VoxelRange voxels{std::max(wanted.voxel, floor), wanted.levels};
+    tool.say(fmt::format("{} of voxels, the finest {:.4g} m; the nearest box is {:.4g} m away{}",
+                         voxels.levels == 1 ? "one level" : fmt::format("{} levels", voxels.levels),
+                         voxels.finest, wanted.nearest,
+                         floor > wanted.voxel ? fmt::format(
+                             ", where {:g} of a pixel is {:.4g} m, but {}",
+                             scene.compose.voxel_pixels, wanted.voxel,
+                             floor > finest ? "compose.voxel is more" : "no box is baked finer")
+                                              : ""));
     return voxels;
 }
 
@@ -77,8 +106,11 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     options.boxes = from.boxes;
     options.stale = from.stale;
     VoxelRange range{};
-    options.voxels = [&](const PlacedScene& placed, const std::vector<PackedBox>& boxes) {
-        return range = chooseRange(tool, scene, placed, boxes);
+    options.voxels = [&](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
+        return range = chooseRange(tool, scene,
+                                   from.cameras.empty() ? std::vector<Camera>{scene.camera}
+                                                        : from.cameras,
+                                   placed, boxes);
     };
     volume.made = virtualScene(tool, scene, options);
     volume.recipe = volume.made.recipe.hash();
@@ -90,8 +122,9 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     std::vector<std::shared_ptr<const TileMaker>> makers;
     for (int n = 0; n < range.levels; ++n)
         makers.emplace_back(std::shared_ptr<void>(), &volume.made.composite->level(n)); // not owned
+    volume.trees = tileTrees(makers, budget);
     volume.levels =
-        tileLevels(makers, budget, scene.camera, scene.render, scene.compose.voxel_pixels);
+        tileLevels(volume.trees, scene.camera, scene.render, scene.compose.voxel_pixels);
     return volume;
 }
 
@@ -100,15 +133,14 @@ void reportTiles(Tool& tool, const RenderedVolume& volume)
     if (!volume.made.composite) return;
     nlohmann::json levels = nlohmann::json::array();
     std::size_t tiles = 0;
-    for (const VoxelLevel& level : volume.levels) {
-        const TileStore& store = *level.tree->tiles();
+    for (const auto& tree : volume.trees) {
+        const TileStore& store = *tree->tiles();
         tiles += store.tileCount();
-        levels.push_back({{"voxel_m", level.tree->voxelSize()},
-                          {"from_m", level.start},
+        levels.push_back({{"voxel_m", tree->voxelSize()},
                           {"tiles_made", store.tileCount()},
                           {"lists_bytes", store.maker().memoryBytes()}});
     }
-    const TileBudget& budget = volume.levels[0].tree->tiles()->budget();
+    const TileBudget& budget = volume.trees[0]->tiles()->budget();
     tool.stats["tiles"] = {{"levels", std::move(levels)},
                            {"placements", volume.made.placed->boxes.size()},
                            {"composite_bytes", volume.made.composite->memoryBytes()},

@@ -13,6 +13,7 @@
 #include "tools/shared/virtual_scene.h"
 #include "volcomp/render/tree/voxel_levels.h"
 #include "volcomp/scene/scene.h"
+#include "volcomp/view/camera.h"
 
 namespace volcomp {
 
@@ -23,14 +24,16 @@ struct RenderedVolume {
     std::string recipe;
     std::string name;  ///< for what is written into pictures: the file, or the folder of the boxes
     VirtualScene made; ///< with boxes: what the levels refer to
-    std::vector<VoxelLevel> levels;
+    std::vector<std::shared_ptr<const VoxelTree>> trees; ///< with boxes: those of all levels
+    std::vector<VoxelLevel> levels;                      ///< for the scene's camera
 };
 
 /// How a scene is rendered from its boxes.
 struct FromBoxes {
     std::filesystem::path boxes; ///< folder
     Stale stale = Stale::refused;
-    double max_memory_mb = 0; ///< of the whole process; 0: half of the machine's
+    double max_memory_mb = 0;    ///< of the whole process; 0: half of the machine's
+    std::vector<Camera> cameras; ///< for which voxels are to be fine enough; none: the scene's
 };
 
 /// Reads and places the boxes, and prepares levels whose voxels are at most compose.voxel_pixels

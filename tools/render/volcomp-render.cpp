@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "tools/render/checkpoint.h"
+#include "tools/render/flight.h"
 #include "volcomp/base/clock.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/hash.h"
@@ -53,7 +54,7 @@ public:
 };
 
 struct Options {
-    fs::path scene, volume, boxes, preview;
+    fs::path scene, volume, boxes, cameras, preview;
     std::vector<fs::path> outputs;
     std::string explain; ///< X,Y, or empty
     std::string grid;    ///< of the volume, or empty
@@ -178,19 +179,23 @@ fs::path checkpointOf(const Options& options)
 /// Whether this run reads or writes the checkpoint.
 bool usesCheckpoint(const Options& options)
 {
-    return !options.outputs.empty() && (options.resume || options.checkpoint_seconds > 0);
+    return options.cameras.empty() && !options.outputs.empty()
+        && (options.resume || options.checkpoint_seconds > 0);
 }
 
 /// Throws Error if an output cannot be written, or is an input.
 void requireOutputs(const Tool& tool, const Options& options, const Scene& scene,
-                    const fs::path& volume)
+                    std::size_t cameras, const fs::path& volume)
 {
     constexpr int kMostLevels = 32; // more than any volume has
     std::vector<NamedFile> inputs = inputsOf(scene), outputs;
     if (options.boxes.empty()) inputs.push_back({"the volume", volume});
     else
         for (const NamedFile& box : boxFiles(scene, options.boxes)) inputs.push_back(box);
-    for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
+    if (!options.cameras.empty()) inputs.push_back({"--cameras", options.cameras});
+    for (const fs::path& output : options.outputs)
+        for (std::size_t n = 1; n <= std::max<std::size_t>(cameras, 1); ++n)
+            outputs.push_back({"-o", cameras > 0 ? frameFile(output, int(n)) : output});
     outputs.push_back({"--preview", options.preview});
     for (int n = 1; n <= (options.boxes.empty() ? kMostLevels : 0); ++n)
         (options.write_levels ? outputs : inputs).push_back({"a level", levelFile(volume, n)});
@@ -277,10 +282,12 @@ nlohmann::json asJson(const RenderStats& stats, const std::vector<VoxelLevel>& l
 }
 
 /// The volume that the options name, from a file or from boxes. A file's voxels are not read yet.
-RenderedVolume volumeFor(Tool& tool, const Options& options, Scene& scene)
+RenderedVolume volumeFor(Tool& tool, const Options& options, const std::vector<Camera>& cameras,
+                         Scene& scene)
 {
     if (!options.boxes.empty())
-        return volumeOfBoxes(tool, scene, {options.boxes, options.stale, options.max_memory_mb});
+        return volumeOfBoxes(tool, scene,
+                             {options.boxes, options.stale, options.max_memory_mb, cameras});
     const fs::path file = volumeOf(options);
     RenderedVolume volume;
     volume.name = file.string();
@@ -296,23 +303,26 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     if (!options.preview.empty()) requirePictureName(options.preview);
     Scene scene = readScene(options.scene);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
+    overrides.apply(scene.render);
     if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
         tool.warn(options.scene.string()
                   + ": no [[light]], no [dome] and no ambient light: the volume will be black");
-    overrides.apply(scene.render);
     overrides.apply(scene.look);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);
         requirePixel(scene.render, pixel.x, pixel.y, "--explain");
     }
 
-    requireOutputs(tool, options, scene, options.boxes.empty() ? volumeOf(options) : fs::path());
+    std::vector<Camera> cameras;
+    if (!options.cameras.empty()) cameras = readCameras(options.cameras, scene.camera);
+    requireOutputs(tool, options, scene, cameras.size(),
+                   options.boxes.empty() ? volumeOf(options) : fs::path());
     for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
-    RenderedVolume volume = volumeFor(tool, options, scene);
+    RenderedVolume volume = volumeFor(tool, options, cameras, scene);
     const fs::path checkpoint = checkpointOf(options);
     nlohmann::json fingerprint;
     RenderState state;
-    if (!options.outputs.empty()) {
+    if (!options.outputs.empty() && cameras.empty()) {
         fingerprint = renderFingerprint(scene, volume.identity);
         state = startingState(tool, options, checkpoint, fingerprint);
     }
@@ -328,6 +338,10 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     tool.stats["picture"] = lookOf(scene.look);
     if (!options.explain.empty()) explainPixel(tool, options, scene, volume.levels, skins.get());
     if (options.outputs.empty()) return;
+    if (!cameras.empty()) {
+        renderFlight(tool, scene, cameras, volume, skins.get(), options.outputs);
+        return;
+    }
 
     RenderStats stats;
     const Image image = renderWatched(tool, options, scene, volume.levels, skins.get(), checkpoint,
@@ -376,6 +390,13 @@ void addOptions(CLI::App& app, Options& options)
                    "pixel there can show (compose.voxel_pixels)")
         ->type_name("DIR")
         ->excludes("--volume");
+    app.add_option(
+           "--cameras", options.cameras,
+           "With --boxes: a picture for each line of this file, eye x y z, target x y z and "
+           "field of view in degrees, to the names of -o with the picture's number for #, as "
+           "in flight.####.png. What was made for one picture serves the next")
+        ->type_name("FILE")
+        ->needs("--boxes");
     app.add_option("--max-memory", options.max_memory_mb,
                    "With --boxes: memory of the whole program, in MB; what is not needed any more "
                    "is let go of, and the picture stays the same; 0: half of the machine's")

@@ -3,7 +3,9 @@
 
 #include <fstream>
 
+#ifdef __GLIBC__
 #include <malloc.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -33,7 +35,7 @@ double peakMegabytes()
     return double(usage.ru_maxrss) / 1024;
 }
 
-void returnFreedMemory()
+void giveBackFreeMemory()
 {
 #ifdef __GLIBC__
     malloc_trim(0);

@@ -9,8 +9,7 @@ double machineMegabytes(); ///< of the whole machine
 double residentMegabytes();
 /// The most that this process has had in memory.
 double peakMegabytes();
-/// Gives memory that the program has freed back to the system, which the allocator may not do where
-/// many small pieces were freed. Does nothing with other C libraries than GNU's.
-void returnFreedMemory();
+/// Gives memory that the C library keeps for later back to the machine.
+void giveBackFreeMemory();
 
 } // namespace volcomp

@@ -4,8 +4,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/scene/place_scene.h"
@@ -30,38 +28,6 @@ void noteRecipe(const Tool& tool, const Scene& scene, const fs::path& file, Stal
     used.hash = used.hash.empty() || used.hash == hash ? hash : "of several recipes";
 }
 
-struct BoxFile {
-    fs::path file;
-    std::string name;
-    int variant;
-};
-
-struct FoundBoxes {
-    std::vector<BoxFile> files;
-    std::vector<UsedBox> used; ///< by kind
-};
-
-/// Finds the files of all boxes, and checks what they were baked from.
-FoundBoxes findBoxes(const Tool& tool, const Scene& scene, const fs::path& directory, Stale stale)
-{
-    FoundBoxes found;
-    for (const BoxKind& kind : usedBoxes(scene)) {
-        found.used.push_back({kind.name, ""});
-        for (int variant = 0; variant < kind.variants; ++variant) {
-            const fs::path file = boxFile(directory, kind.name, variant);
-            if (!fs::exists(file))
-                throw fileError(file, "",
-                                fmt::format("the box '{}', variant {}", kind.name, variant + 1),
-                                "no file", "Run volcomp-bake first, or check --boxes.");
-            noteRecipe(tool, scene, file, stale, found.used.back());
-            found.files.push_back({file, kind.name, variant});
-        }
-    }
-    return found;
-}
-
-Box readBox(const BoxFile& box) { return {box.name, box.variant, readVolume(box.file)}; }
-
 } // namespace
 
 fs::path boxFile(const fs::path& directory, const std::string& box, int variant)
@@ -81,39 +47,36 @@ std::vector<NamedFile> boxFiles(const Scene& scene, const fs::path& directory)
 ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const fs::path& directory, Stale stale,
                     const Progress& progress)
 {
-    const FoundBoxes found = findBoxes(tool, scene, directory, stale);
     ReadBoxes read;
-    read.used = found.used;
-    read.boxes.reserve(found.files.size());
-    for (const BoxFile& box : found.files) {
-        read.boxes.push_back(readBox(box));
-        for (const std::string& warning : read.boxes.back().volume.warnings) tool.warn(warning);
-        report(progress, double(read.boxes.size()) / double(found.files.size()));
-    }
+    read.used = readBoxes(
+        tool, scene, directory, stale, [&](Box&& box) { read.boxes.push_back(std::move(box)); },
+        progress);
     return read;
 }
 
-ReadPackedBoxes readPackedBoxes(const Tool& tool, const Scene& scene, const fs::path& directory,
-                                Stale stale, const Progress& progress)
+std::vector<UsedBox> readBoxes(const Tool& tool, const Scene& scene, const fs::path& directory,
+                               Stale stale, const std::function<void(Box&&)>& take,
+                               const Progress& progress)
 {
-    const FoundBoxes found = findBoxes(tool, scene, directory, stale);
-    ReadPackedBoxes read;
-    read.used = found.used;
-    read.boxes.resize(found.files.size());
-    std::vector<std::vector<std::string>> warnings(found.files.size());
-    SharedProgress done(progress, found.files.size());
-    tbb::parallel_for(std::size_t(0), found.files.size(), [&](std::size_t b) {
-        // A thread that waits within must not begin another box.
-        tbb::this_task_arena::isolate([&] {
-            Box box = readBox(found.files[b]);
-            warnings[b] = std::move(box.volume.warnings);
-            read.boxes[b] = packBox(box);
-        });
-        done.add();
-    });
-    for (const std::vector<std::string>& of_box : warnings)
-        for (const std::string& warning : of_box) tool.warn(warning);
-    return read;
+    std::vector<UsedBox> used;
+    const std::vector<BoxKind> kinds = usedBoxes(scene);
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+        used.push_back({kinds[k].name, ""});
+        for (int variant = 0; variant < kinds[k].variants; ++variant) {
+            const fs::path file = boxFile(directory, kinds[k].name, variant);
+            if (!fs::exists(file))
+                throw fileError(file, "",
+                                "the box '" + kinds[k].name + "', variant "
+                                    + std::to_string(variant + 1),
+                                "no file", "Run volcomp-bake first, or check --boxes.");
+            noteRecipe(tool, scene, file, stale, used.back());
+            Box box{kinds[k].name, variant, readVolume(file)};
+            for (const std::string& warning : box.volume.warnings) tool.warn(warning);
+            take(std::move(box));
+        }
+        report(progress, double(k + 1) / double(kinds.size()));
+    }
+    return used;
 }
 
 Recipe volumeRecipe(const Scene& scene, const std::vector<UsedBox>& used,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,6 @@
 #include "volcomp/base/distinct_files.h"
 #include "volcomp/base/progress.h"
 #include "volcomp/base/recipe.h"
-#include "volcomp/compose/box_source.h"
 #include "volcomp/scene/scene.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/volume/volume.h"
@@ -31,21 +31,17 @@ struct ReadBoxes {
     std::vector<UsedBox> used; ///< by kind: what they were baked from
 };
 
-/// The same, with the voxels packed.
-struct ReadPackedBoxes {
-    std::vector<PackedBox> boxes;
-    std::vector<UsedBox> used;
-};
-
 /// Reads them, and prints the warnings of their files. Throws Error if one is not there, cannot be
 /// read, or if the scene would bake it otherwise, unless `stale` allows that.
 ReadBoxes readBoxes(const Tool& tool, const Scene& scene, const std::filesystem::path& directory,
                     Stale stale, const Progress& progress = {});
-/// Packs each box when it is read: grids take ten times the memory, and only those of one box for
-/// each thread are there at once. Throws the Errors of packBox(), too.
-ReadPackedBoxes readPackedBoxes(const Tool& tool, const Scene& scene,
-                                const std::filesystem::path& directory, Stale stale,
-                                const Progress& progress = {});
+
+/// The same, but hands each box to `take` as it is read, in that order, so that there need not be
+/// more than one at a time.
+std::vector<UsedBox> readBoxes(const Tool& tool, const Scene& scene,
+                               const std::filesystem::path& directory, Stale stale,
+                               const std::function<void(Box&&)>& take,
+                               const Progress& progress = {});
 
 /// What a volume of these boxes is made from: the scene's placements, without the surfaces that the
 /// user left out.

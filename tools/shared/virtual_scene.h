@@ -13,6 +13,7 @@
 #include "tools/shared/tool.h"
 #include "volcomp/base/recipe.h"
 #include "volcomp/compose/virtual_composite.h"
+#include "volcomp/place/culling.h"
 #include "volcomp/place/placed_scene.h"
 #include "volcomp/scene/scene.h"
 
@@ -31,17 +32,23 @@ struct VirtualScene {
     Recipe recipe; ///< what the volume is made from, without a voxel
 };
 
+/// How large a box is, in its own space.
+struct BoxSize {
+    BoxBall ball;
+    double voxel; ///< edge
+};
+
 /// How a program comes by one.
 struct VirtualSceneOptions {
     std::filesystem::path boxes; ///< folder of the box files
     Stale stale = Stale::refused;
     std::vector<std::string> leave_out; ///< of the recipe alone: see leaveOut()
     /// Chooses the voxels when the boxes have been read and placed.
-    std::function<VoxelRange(const PlacedScene&, const std::vector<PackedBox>&)> voxels;
+    std::function<VoxelRange(const PlacedScene&, const std::vector<BoxSize>&)> voxels;
 };
 
-/// Reads the boxes one by one, places them, and packs them for all levels, as stages of the
-/// program. Throws the Errors of readPackedBoxes(), place() and VirtualComposite.
+/// Reads the boxes, places them, and packs them for all levels, as stages of the program. Throws
+/// the Errors of readBoxes(), place() and VirtualComposite.
 VirtualScene virtualScene(Tool& tool, const Scene& scene, const VirtualSceneOptions& options);
 
 } // namespace volcomp

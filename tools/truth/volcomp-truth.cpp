@@ -3,10 +3,13 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "tools/shared/choice.h"
+#include "tools/shared/even_dome.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
 #include "tools/shared/picture_error.h"
@@ -32,6 +35,8 @@ struct Options {
     double solid_radius = 0;
     int block = 4;
     int bounces = 0; // 0: by the scene
+    std::optional<Scattering> scattering;
+    std::optional<double> dome;
     bool background = true;
 };
 
@@ -43,6 +48,8 @@ Scene sceneOf(const Tool& tool, const Options& options)
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
     inputs.push_back({"--compare", options.compared});
     tool.requireFiles(inputs, outputs);
+    scene.render.scattering = options.scattering.value_or(scene.render.scattering);
+    applyEvenDome(scene.render, options.dome);
     for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     leaveOut(scene, options.leave_out);
     if (!options.background) {
@@ -161,6 +168,10 @@ void addOptions(CLI::App& app, Options& options)
         ->type_name("WxH");
     app.add_flag("!--no-background", options.background,
                  "Nothing behind everything: black there, and alpha 0, whatever the scene says");
+    addChoice(app, "--scattering", options.scattering,
+              "Whether light is scattered once or any number of times (default: the scene's)",
+              kScatteringWords);
+    addEvenDome(app, options.dome);
     app.add_option(
            "--bounces", options.bounces,
            "How often light is scattered at most between a light and the eye; 0: once if "

@@ -104,7 +104,7 @@ Vec3d meanOfBounces(const Vec3d& albedo, double open, const Vec3d& arrives)
 
 SkyTable makeSkyTable(const RenderParams& params, const VoxelTree& tree)
 {
-    constexpr int kHeights = 128, kTurns = 256; // of equal area
+    constexpr int kRows = 128, kTurns = 256; // 4 x 4 places in each texel of softRadiance()
     SkyTable sky;
     for (int d = 0; d < Openness::kDirections; ++d) {
         const NeighbourStep step = neighbourStep(d);
@@ -115,18 +115,20 @@ SkyTable makeSkyTable(const RenderParams& params, const VoxelTree& tree)
         sky.weight[d] = float(Openness::weights()[d]);
     }
     std::array<Vec3d, Openness::kDirections> sums{};
-    std::array<int, Openness::kDirections> counts{};
-    for (int i = 0; i < kHeights; ++i)
+    std::array<double, Openness::kDirections> sizes{};
+    for (int i = 0; i < kRows; ++i) {
+        const double row = kPi / kRows, size = std::cos(i * row) - std::cos((i + 1) * row),
+                     y = std::cos((i + 0.5) * row), s = std::sin((i + 0.5) * row);
         for (int k = 0; k < kTurns; ++k) {
-            const double y = -1 + 2 * (i + 0.5) / kHeights, turn = 2 * kPi * (k + 0.5) / kTurns,
-                         s = std::sqrt(1 - y * y);
+            const double turn = 2 * kPi * (k + 0.5) / kTurns;
             const Vec3d direction(s * std::cos(turn), y, s * std::sin(turn));
             const int d = nearestNeighbour(tree.directionToCorner(direction));
-            sums[d] += params.ambient + params.dome.radiance(direction);
-            ++counts[d];
+            sums[d] += size * (params.ambient + params.dome.softRadiance(direction));
+            sizes[d] += size;
         }
+    }
     for (int d = 0; d < Openness::kDirections; ++d)
-        for (int c = 0; c < 3; ++c) sky.radiance[c][d] = float(sums[d][c] / counts[d]);
+        for (int c = 0; c < 3; ++c) sky.radiance[c][d] = float(sums[d][c] / sizes[d]);
     return sky;
 }
 

@@ -76,6 +76,15 @@ double closedAbove(const Openness& openness, const SkinHit& hit)
     return closed / all;
 }
 
+/// How much of the light that is scattered more than once a skin gets by the cosine of the light:
+/// all of it but where the light grazes, so that it fades out before the skin stands in its own
+/// light, whose border follows the triangles.
+double shareOfBounces(double cosine, bool transmits)
+{
+    constexpr double kGrazes = 0.25;
+    return std::min(1.0, std::max(0.0, transmits ? std::abs(cosine) : cosine) / kGrazes);
+}
+
 } // namespace
 
 void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hit, const Vec3d& V,
@@ -110,8 +119,9 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         const Reflection f = reflectSurface(lobe, hit.normal, V, in.L);
         const Vec3d arriving = scene.lights[l].strength * in.weight,
                     reflected = f.colour(material, hit.colour) * arriving;
-        if (!(reflected[0] + reflected[1] + reflected[2] > 0) && !(closed > 0)) continue;
-        const Vec3d& start = transmits && in.L.dot(hit.normal) < 0 ? hit.back_start : hit.start;
+        const double cosine = in.L.dot(hit.normal), share = shareOfBounces(cosine, transmits);
+        if (!(reflected[0] + reflected[1] + reflected[2] > 0) && !(closed * share > 0)) continue;
+        const Vec3d& start = transmits && cosine < 0 ? hit.back_start : hit.start;
         double passes = 1;
         if (shadows) {
             const Illumination way = towards(scene.lights[l], l, hit, scratch.sample);
@@ -123,7 +133,8 @@ void addSkin(const MarchScene& scene, const SkinTracer& skins, const SkinHit& hi
         const double depth = passes > 0 ? -std::log(passes) : kInfinity;
         const Vec3d offered = weight * clear * reflected,
                     radiance = weight * clear * passes * reflected,
-                    scattered = weight * clear * arriving * lightOfBounces(albedo, closed, depth);
+                    scattered =
+                        weight * clear * share * arriving * lightOfBounces(albedo, closed, depth);
         sample.radiance += radiance + scattered;
         scratch.addLight(l, offered, radiance, scattered);
         if (scene.params.aovs) scratch.light_radiance[l] += radiance + scattered;

@@ -2,11 +2,13 @@
 // How open the places of a volume are: what comes from outside to a place from each direction, and
 // how likely light that is scattered there meets something again (MODEL section 5b).
 //
-// Coarse cells, each a leaf of the finest level or several, have the mean density of their voxels.
-// From the middle of each cell rays go in the directions to its 26 neighbours, through the cells'
-// middles, until they leave the volume. The optical depth of a ray is a running sum along these
-// lines, so all cells cost 26 passes over the grid. Densities count without direction, as the mean
-// over all directions of directed extinction is 1.
+// Coarse cells, each a leaf of the finest level or several, have the optical depth of their mean
+// density for light that begins in them, and for light that passes the lesser one of what their
+// columns of voxels let through: leaves stand in clumps. From the middle of each cell rays go in
+// the directions to its 26 neighbours, through the cells' middles, until they leave the volume. The
+// optical depth of a ray is a running sum along these lines, so all cells cost 26 passes over the
+// grid. Densities count without direction, as the mean over all directions of directed extinction
+// is 1.
 //
 // It belongs to the volume and its skins alone, not to lights, the picture or colours. Look-ups are
 // by world position: all levels of detail share the cells of the finest.

@@ -14,6 +14,30 @@
 namespace volcomp {
 namespace {
 
+/// The optical depth that lets as much through as the columns of a leaf do in the mean, mean over
+/// its three axes. It is less than that of the mean density where particles stand in clumps, as
+/// leaves in crowns do.
+double depthOfColumns(const float* density, int first, int edge, double extinction)
+{
+    float sums[3][kLeafDim * kLeafDim] = {};
+    for (int x = 0; x < edge; ++x)
+        for (int y = 0; y < edge; ++y)
+            for (int z = 0; z < edge; ++z) {
+                const float own = density[first + (x << 6 | y << 3 | z)];
+                sums[0][y * edge + z] += own;
+                sums[1][x * edge + z] += own;
+                sums[2][x * edge + y] += own;
+            }
+    const int columns = edge * edge;
+    double depth = 0;
+    for (const auto& along : sums) {
+        double passes = 0;
+        for (int c = 0; c < columns; ++c) passes += std::exp(-extinction * double(along[c]));
+        depth -= std::log(std::max(1e-30, passes / columns));
+    }
+    return depth / 3;
+}
+
 int floorDivide(int x, int y) { return x >= 0 ? x / y : -((y - 1 - x) / y); }
 
 } // namespace
@@ -62,16 +86,21 @@ int Openness::Builder::lumpOf(int voxel) const
     return (x * m_lumps_across + y) * m_lumps_across + z;
 }
 
+int Openness::Builder::firstOf(int lump) const
+{
+    const int n = m_lumps_across;
+    return numberInLeaf(lump / (n * n) * m_lump_width, lump / n % n * m_lump_width,
+                        lump % n * m_lump_width);
+}
+
 template <class F>
 void Openness::Builder::forEachLump(F&& f) const
 {
-    const int n = m_lumps_across;
     m_tree.forEachCell([&](const openvdb::Coord& origin, int leaf) {
         if (!m_cells.box.isInside(origin)) return;
         for (int k = 0; k < m_lumps_of_leaf; ++k)
-            f(cellOf(origin.offsetBy(k / (n * n) * m_lump_width, k / n % n * m_lump_width,
-                                     k % n * m_lump_width)),
-              origin, std::size_t(leaf) * std::size_t(m_lumps_of_leaf) + std::size_t(k));
+            f(cellOf(origin + voxelInLeaf(firstOf(k))), origin,
+              std::size_t(leaf) * std::size_t(m_lumps_of_leaf) + std::size_t(k));
     });
 }
 
@@ -88,11 +117,17 @@ void Openness::Builder::addDensities()
             lump.moment +=
                 double(density[v]) * Vec3d((v >> 6) + 0.5, (v >> 3 & 7) + 0.5, (v & 7) + 0.5);
         }
+        for (int k = 0; k < m_lumps_of_leaf; ++k)
+            lumps[k].depth = depthOfColumns(density, firstOf(k), m_lump_width, m_extinction);
     });
     m_depth.assign(m_openness.cells(), 0);
-    const double width = m_width, factor = m_extinction * width / (width * width * width);
+    m_own_depth.assign(m_openness.cells(), 0);
+    // A wider cell has several lumps in a row and several beside each other.
+    const double width = m_width, beside = m_lump_width * m_lump_width / (width * width),
+                 factor = m_extinction / (width * width);
     forEachLump([&](std::size_t cell, const openvdb::Coord&, std::size_t lump) {
-        m_depth[cell] += float(factor * m_lumps[lump].mass);
+        m_depth[cell] += float(beside * m_lumps[lump].depth);
+        m_own_depth[cell] += float(factor * m_lumps[lump].mass);
     });
 }
 
@@ -212,7 +247,7 @@ void Openness::Builder::passInPlane(int direction, const int* step)
             float sum = 0;
             for (int k = 0; k < size[2]; ++k) {
                 const std::size_t cell = first + (step[2] > 0 ? size[2] - 1 - k : k);
-                keep(direction, cell, sum + 0.5F * m_depth[cell]);
+                keep(direction, cell, sum + 0.5F * m_own_depth[cell]);
                 sum += m_depth[cell];
             }
         }
@@ -225,9 +260,9 @@ void Openness::Builder::passRow(int direction, std::size_t first, const float* b
     const NeighbourStep step = neighbourStep(direction);
     const float length = std::sqrt(float(neighbourAxes(step)));
     for (int z = 0; z < m_openness.m_size[2]; ++z) {
-        const float own = length * m_depth[first + z], outside = before[z + step[2]];
-        keep(direction, first + z, outside + 0.5F * own);
-        after[z] = outside + own;
+        const float outside = before[z + step[2]];
+        keep(direction, first + z, outside + 0.5F * length * m_own_depth[first + z]);
+        after[z] = outside + length * m_depth[first + z];
     }
 }
 

@@ -25,6 +25,7 @@ private:
     struct Lump {
         double mass = 0;   ///< sum of the densities
         Vec3d moment{0.0}; ///< sum of density times place in the leaf, voxels
+        double depth = 0;  ///< optical depth of its width for what passes through it
     };
     /// A lump where it stands.
     struct Place {
@@ -36,6 +37,7 @@ private:
     template <class F>
     void forEachLump(F&& f) const;
     int lumpOf(int voxel) const; ///< in its leaf
+    int firstOf(int lump) const; ///< voxel of a leaf's lump
     std::size_t cellOf(const openvdb::Coord& origin) const;
     Vec3d middleOfMass(const Place* first, const Place* last) const; ///< world
     void giveToEmptyCells();
@@ -54,8 +56,10 @@ private:
     int m_low[3] = {0, 0, 0};    ///< of the first cell with voxels, in cells
     int m_lump_width = kLeafDim; ///< voxels
     int m_lumps_across = 1, m_lumps_of_leaf = 1;
-    std::vector<Lump> m_lumps;            ///< by leaf, and in it x, y, z
-    std::vector<float> m_depth;           ///< by cell: optical depth of its width along an axis
+    std::vector<Lump> m_lumps; ///< by leaf, and in it x, y, z
+    /// By cell: the optical depth of its width along an axis for what passes through it, and for
+    /// what begins in it, where its particles are.
+    std::vector<float> m_depth, m_own_depth;
     float m_weight = 0;                   ///< of the direction at hand
     std::vector<float> m_escapes;         ///< by cell: sum over directions, 1 - P
     std::vector<std::uint32_t> m_visible; ///< by cell, if there are skins

@@ -53,50 +53,72 @@ LevelOfDetail::LevelOfDetail(const std::vector<VoxelLevel>& levels,
         mark(rays);
         for (Level& l : m_levels) sweep(l);
     }
-    makeOpenness(rays.ray(0.5 * params.width, 0.5 * params.height).origin);
+    makeOpenness(rays);
     for (Level& l : m_levels) // last: they copy all that is above
         for (int part = 1; part < m_soft.parts(); ++part)
             l.other_parts.emplace_back(*l.integrator)
                 .useLights(m_soft.lights(part), m_soft.numbers(part));
 }
 
-void LevelOfDetail::makeOpenness(const Vec3d& eye)
+void LevelOfDetail::makeOpenness(const CameraRays& rays)
 {
     if (m_levels.empty() || !m_levels[0].integrator->scene().wantsOpenness()) return;
     const double start = wallSeconds();
     for (Level& l : m_levels) {
         if (budget()) budget()->relieve();
-        if (l.around || m_openness.empty()) m_openness.push_back(opennessAround(l, eye));
+        if (l.around || m_openness.empty()) m_openness.push_back(opennessAround(l, rays));
         l.integrator->useOpenness(*m_openness.back());
     }
     m_openness_seconds = wallSeconds() - start;
 }
 
-// The openness of the places of a level. Of a tree that is made on the way it reaches as far as the
-// level is looked at, and half as far again.
-std::shared_ptr<const Openness> LevelOfDetail::opennessAround(const Level& level,
-                                                              const Vec3d& eye) const
+// The voxels around a level, of its `around` if it has one, that hold what the picture looks at
+// through it, whatever the sample, and what stands near that: a quarter as far as it is looked at.
+openvdb::CoordBBox LevelOfDetail::lookedAt(const Level& level, const CameraRays& rays) const
 {
-    constexpr double kReach = 1.5;
+    constexpr double kBeside = 0.25;
+    const VoxelTree& tree = level.around ? *level.around : *level.tree;
+    if (!(level.end < kInfinity)) return tree.bounds();
+    const double nearest = level.start / kMostShift, farthest = level.end * kMostShift,
+                 beside = kBeside * level.end / tree.voxelSize();
+    Vec3d low(kInfinity), high(-kInfinity);
+    for (const double x : {0.0, 0.5 * m_params.width, double(m_params.width)})
+        for (const double y : {0.0, 0.5 * m_params.height, double(m_params.height)}) {
+            const CameraRay ray = rays.ray(x, y);
+            for (const double distance : {nearest, farthest}) {
+                const Vec3d p = tree.toCorner(ray.origin + ray.direction * distance);
+                low = openvdb::math::minComponent(low, p - Vec3d(beside));
+                high = openvdb::math::maxComponent(high, p + Vec3d(beside));
+            }
+        }
+    openvdb::CoordBBox box = tree.bounds();
+    for (int a = 0; a < 3; ++a) {
+        box.min()[a] = std::max(box.min()[a], int(std::max(-1e9, low[a])) & ~7);
+        box.max()[a] = std::min(box.max()[a], int(std::min(1e9, high[a])) | 7);
+    }
+    return box;
+}
+
+// The openness of the places of a level. Of a tree that is made on the way it reaches as far as the
+// level is looked at, and a bit further.
+std::shared_ptr<const Openness> LevelOfDetail::opennessAround(const Level& level,
+                                                              const CameraRays& rays) const
+{
+    constexpr std::size_t kMostCells = std::size_t(1) << 21; // of each level of a tree of tiles
     const VoxelTree& tree = level.around ? *level.around : *level.tree;
     const MarchScene& scene = level.integrator->scene();
     Openness::Cells cells{tree.bounds(), kLeafDim};
+    std::size_t most_cells = Openness::kMostCells;
     if (tree.tiles()) {
-        const Vec3d middle = tree.toCorner(eye);
-        for (int a = 0; a < 3 && level.end < kInfinity; ++a) {
-            const double reach = kReach * level.end / tree.voxelSize();
-            cells.box.min()[a] =
-                std::max(cells.box.min()[a], int(std::max(-1e9, middle[a] - reach)) & ~7);
-            cells.box.max()[a] =
-                std::min(cells.box.max()[a], int(std::min(1e9, middle[a] + reach)) | 7);
-        }
+        cells.box = lookedAt(level, rays);
         const double across = kLeafDim * level.tree->voxelSize() / tree.voxelSize();
         cells.width = std::max(1, int(std::lround(across)));
+        most_cells = kMostCells;
         tree.tiles()->make(cells.box);
     }
     // Light from all around and skins ask for directions, multiple scattering for P alone.
     return std::make_shared<const Openness>(tree, cells, m_params.tau * tree.voxelSize(), m_skins,
-                                            scene.hasSky() || m_skins);
+                                            scene.hasSky() || m_skins, most_cells);
 }
 
 // Marks what a ray sees of the levels: the volume as far as a skin, and the leaf in which that

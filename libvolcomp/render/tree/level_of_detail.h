@@ -70,8 +70,10 @@ private:
         std::unique_ptr<const ShadowSweep> sweep;
         std::unique_ptr<const SkinShadow> skin_shadow;
     };
-    void makeOpenness(const Vec3d& eye);
-    std::shared_ptr<const Openness> opennessAround(const Level& level, const Vec3d& eye) const;
+    void makeOpenness(const CameraRays& rays);
+    openvdb::CoordBBox lookedAt(const Level& level, const CameraRays& rays) const;
+    std::shared_ptr<const Openness> opennessAround(const Level& level,
+                                                   const CameraRays& rays) const;
     void mark(const CameraRays& rays);
     void markLeaves(const CameraRay& ray, double shift,
                     std::vector<std::vector<float>>& seen) const;

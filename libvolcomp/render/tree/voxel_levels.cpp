@@ -198,18 +198,29 @@ int levelsNeeded(double finest_voxel, double farthest, const Camera& camera,
     return levels;
 }
 
-std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const TileMaker>>& makers,
-                                   const std::shared_ptr<TileBudget>& budget, const Camera& camera,
-                                   const RenderParams& params, double voxel_pixels)
+std::vector<std::shared_ptr<const VoxelTree>>
+tileTrees(const std::vector<std::shared_ptr<const TileMaker>>& makers,
+          const std::shared_ptr<TileBudget>& budget)
 {
-    if (makers.empty()) throw Error("render: expected at least one maker of tiles, found none");
+    std::vector<std::shared_ptr<const VoxelTree>> trees;
+    trees.reserve(makers.size());
+    for (const auto& maker : makers)
+        trees.push_back(std::make_shared<const VoxelTree>(maker, budget));
+    return trees;
+}
+
+std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const VoxelTree>>& trees,
+                                   const Camera& camera, const RenderParams& params,
+                                   double voxel_pixels)
+{
+    if (trees.empty()) throw Error("render: expected at least one level of voxels, found none");
     std::vector<VoxelLevel> all;
-    all.reserve(makers.size());
-    for (const auto& maker : makers) {
+    all.reserve(trees.size());
+    for (const auto& tree : trees) {
         VoxelLevel& level = all.emplace_back();
-        level.tree = std::make_shared<const VoxelTree>(maker, budget);
+        level.tree = tree;
         if (all.size() == 1) continue;
-        level.start = firstDistance(level.tree->voxelSize(), camera, params, voxel_pixels);
+        level.start = firstDistance(tree->voxelSize(), camera, params, voxel_pixels);
         all[all.size() - 2].end = level.start;
     }
     constexpr std::size_t kAround = 2; // levels coarser: cells of 8 voxels have 2 of those across

@@ -40,13 +40,18 @@ struct VoxelLevel {
     std::shared_ptr<const VoxelTree> around = nullptr;
 };
 
-/// The levels of a volume whose tiles are made when rays ask for them, with voxels of at most
-/// `voxel_pixels` pixels where they are looked at. `makers` holds makers of the same particles,
-/// finest first, each of twice the voxels' width of the one before; the last serves all distances
-/// behind. They share `budget`. Throws Error if there is none.
-std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const TileMaker>>& makers,
-                                   const std::shared_ptr<TileBudget>& budget, const Camera& camera,
-                                   const RenderParams& params, double voxel_pixels);
+/// The trees of makers of the same particles, finest first, each of twice the voxels' width of the
+/// one before. They share `budget`.
+std::vector<std::shared_ptr<const VoxelTree>>
+tileTrees(const std::vector<std::shared_ptr<const TileMaker>>& makers,
+          const std::shared_ptr<TileBudget>& budget);
+
+/// The levels of such trees for a camera, with voxels of at most `voxel_pixels` pixels where they
+/// are looked at; the last serves all distances behind. What was made for another camera is used
+/// again. Throws Error if there is no tree.
+std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const VoxelTree>>& trees,
+                                   const Camera& camera, const RenderParams& params,
+                                   double voxel_pixels);
 
 /// How many levels tileLevels() needs: all that a camera sees of what lies at most `farthest` away
 /// from it, from a finest voxel on.

@@ -11,6 +11,7 @@
 #include "volcomp/render/render.h"
 #include "volcomp/render/sky/openness.h"
 #include "tests/support/mean_of_covered.h"
+#include "tests/support/skins.h"
 #include "tests/support/volumes.h"
 
 using namespace volcomp;
@@ -222,6 +223,32 @@ TEST(Bounces, FibresThatLieEvenlyAreAsVoxelsWithoutDirection)
         };
         EXPECT_NEAR(shows(with) / shows(without), 1, 0.04);
     }
+}
+
+// A bare skin over thick fog, seen from between them, under light that grazes it. Where the light
+// goes down behind the skin it is in its own shadow, and there must be no step.
+TEST(Bounces, OnASkinFadeOutBeforeItsOwnShadow)
+{
+    Volume fog = emptyVolume();
+    fog.parts[0].density->fill(openvdb::CoordBBox({-40, -40, -40}, {39, -1, 39}), 0.5F);
+    const auto skin =
+        tracerOf(skinMesh(squareMesh(Vec3d(0, 20, 0), Vec3d(0, -1, 0), 60), wallMaterial(0.8)));
+    const Camera camera = cameraAt({0, 10, 0}, {0, 20, 0.01}, 4);
+    const auto shows = [&](double cosine, Scattering scattering) {
+        const Light light = towards({std::sqrt(1 - cosine * cosine), cosine, 0});
+        return meanOfCovered(render(fog, {matt(0)}, camera, {light}, paramsOf(scattering, 4), {},
+                                    nullptr, skin.get()));
+    };
+    const auto added = [&](double cosine) {
+        return shows(cosine, Scattering::multiple) - shows(cosine, Scattering::single);
+    };
+    EXPECT_EQ(added(-0.01), 0);
+    // The light passes by the fog.
+    const double whole = added(0.4);
+    EXPECT_GT(whole, 0.1);
+    EXPECT_NEAR(added(0.26), whole, 1e-4);
+    EXPECT_NEAR(added(0.1) / whole, 0.4, 0.01);
+    EXPECT_LT(added(0.01), 0.05 * whole);
 }
 
 // Everything with an albedo of 1 shows 1 under a dome of 1, wherever it is.

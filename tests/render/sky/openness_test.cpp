@@ -73,11 +73,30 @@ TEST(Openness, DirectionsAreTheSumsAlongTheLinesOfCells)
     constexpr double kExtinction = 0.7;
     const Openness openness(tree, kExtinction);
     EXPECT_EQ(openness.cellSize(), 8);
-    const auto cellDensity = [&](int x, int y, int z) {
-        double sum = 0;
-        for (int v = 0; v < 512; ++v)
-            sum += tree.density(8 * x + (v >> 6), 8 * y + (v >> 3 & 7), 8 * z + (v & 7));
-        return sum / 512;
+    // Of a cell's width: for what passes through as much as its columns let through, mean over the
+    // axes; for what begins in it its mean density.
+    struct Depth {
+        double through = 0, own = 0;
+    };
+    const auto cellDepth = [&](int x, int y, int z) {
+        Depth depth;
+        for (int axis = 0; axis < 3; ++axis) {
+            double passes = 0;
+            for (int column = 0; column < 64; ++column) {
+                double sum = 0;
+                for (int i = 0; i < 8; ++i) {
+                    int at[3] = {8 * x, 8 * y, 8 * z};
+                    at[axis] += i;
+                    at[(axis + 1) % 3] += column / 8;
+                    at[(axis + 2) % 3] += column % 8;
+                    sum += tree.density(at[0], at[1], at[2]);
+                }
+                passes += std::exp(-kExtinction * sum) / 64;
+                depth.own += kExtinction * sum / (3 * 64);
+            }
+            depth.through -= std::log(passes) / 3;
+        }
+        return depth;
     };
     for (int x = -4; x <= 3; ++x)
         for (int y = -1; y <= 6; ++y)
@@ -87,11 +106,11 @@ TEST(Openness, DirectionsAreTheSumsAlongTheLinesOfCells)
                 double closed = 1;
                 for (int d = 0; d < 26; ++d) {
                     const NeighbourStep step = neighbourStep(d);
-                    const double length = 8 * std::sqrt(double(neighbourAxes(step)));
-                    double depth = 0.5 * length * kExtinction * cellDensity(x, y, z);
+                    const double widths = std::sqrt(double(neighbourAxes(step)));
+                    double depth = 0.5 * widths * cellDepth(x, y, z).own;
                     for (int i = 1; i < 12; ++i)
-                        depth += length * kExtinction
-                            * cellDensity(x + i * step[0], y + i * step[1], z + i * step[2]);
+                        depth += widths
+                            * cellDepth(x + i * step[0], y + i * step[1], z + i * step[2]).through;
                     ASSERT_NEAR(found[d], std::exp(-depth), 0.5 / 255 + 1e-5)
                         << x << ' ' << y << ' ' << z << ' ' << d;
                     closed -= Openness::weights()[d] * std::exp(-depth);
@@ -100,6 +119,49 @@ TEST(Openness, DirectionsAreTheSumsAlongTheLinesOfCells)
                 }
                 ASSERT_NEAR(openness.closed(p), closed, 1e-4);
             }
+}
+
+// Clumps let more through than the same particles spread evenly: dense cubes of 2 voxels with gaps
+// of 6 between them, in which rays along axes, edges and corners meet few.
+TEST(Openness, ClumpsAreOpenerThanTheSameParticlesSpreadEvenly)
+{
+    Volume clumps = emptyVolume();
+    Random random(11);
+    constexpr int kSize = 96;
+    double mass = 0;
+    for (int x = 0; x < kSize; x += 8)
+        for (int y = 0; y < kSize; y += 8)
+            for (int z = 0; z < kSize; z += 8) {
+                const auto at = [&](int low) { return low + int(random.uniform() * 7); };
+                const openvdb::Coord low(at(x), at(y), at(z));
+                clumps.parts[0].density->fill(openvdb::CoordBBox(low, low.offsetBy(1)), 4.0F);
+                mass += 8 * 4;
+            }
+    const double even = mass / (double(kSize) * kSize * kSize);
+    const VoxelTree tree(clumps);
+    const Openness openness(tree, 1), spread(evenBox({kSize, kSize, kSize}, even), 1);
+    // What rays from a place at random between the clumps get through, voxel by voxel.
+    double passes = 0, found = 0, mean = 0;
+    constexpr int kRays = 20000;
+    for (int i = 0; i < kRays; ++i) {
+        const Vec3d p(kSize * (0.25 + 0.5 * random.uniform()),
+                      kSize * (0.25 + 0.5 * random.uniform()),
+                      kSize * (0.25 + 0.5 * random.uniform()));
+        const double z = 2 * random.uniform() - 1, turn = 2 * kPi * random.uniform(),
+                     s = std::sqrt(1 - z * z);
+        const Vec3d d(s * std::cos(turn), s * std::sin(turn), z);
+        double depth = 0;
+        for (double t = 0.05; t < 2 * kSize; t += 0.1) {
+            const Vec3d q = p + t * d;
+            depth += 0.1
+                * tree.density(int(std::floor(q[0])), int(std::floor(q[1])), int(std::floor(q[2])));
+        }
+        passes += std::exp(-depth) / kRays;
+        found += (1 - openness.closed(tree.origin() + p)) / kRays;
+        mean += (1 - spread.closed(tree.origin() + p)) / kRays;
+    }
+    EXPECT_NEAR(found / passes, 1, 0.15);
+    EXPECT_LT(mean, 0.6 * passes);
 }
 
 TEST(Openness, SlabIsHalfOpenAtItsFaceAndClosedInside)
