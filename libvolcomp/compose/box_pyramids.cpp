@@ -44,13 +44,14 @@ std::vector<BlockedFactors> blockedOf(const Pyramid& levels, double blocked_by_o
     return blocked;
 }
 
-/// A part in its own voxels, and in coarser ones as far as the smallest placement needs them;
-/// `step` is its scale over the target's edge.
-Pyramid pyramidOf(SourcePart&& own, double step, Kept keep)
+/// A part in its own voxels, and in coarser ones as far as the smallest placement needs them: the
+/// step is rounded as it is for a placement, where 1/2 makes a difference.
+Pyramid pyramidOf(SourcePart&& own, const Scales& scales, double voxel, Kept keep)
 {
     Pyramid levels;
     levels.push_back(std::move(own));
-    for (int n = levelFor(levels[0].voxel * step); n > 0 && levels.back().voxels.size() > 1; --n)
+    for (int n = levelFor(levels[0].voxel * scales.smallest / voxel);
+         n > 0 && levels.back().voxels.size() > 1; --n)
         levels.push_back(coarsen(levels.back(), keep));
     return levels;
 }
@@ -122,7 +123,7 @@ BoxSources packBoxes(std::vector<PackedBox> boxes, const PlacedScene& scene, dou
             for (SourcePart& part : boxes[b].parts) {
                 packed.blocked[b].push_back(keep == Kept::blocked_light ? blockedBy(part) : 0);
                 packed.boxes[b].push_back(
-                    pyramidOf(std::move(part), packed.scales[b].smallest / voxel, keep));
+                    pyramidOf(std::move(part), packed.scales[b], voxel, keep));
             }
         boxes[b] = {};
     });

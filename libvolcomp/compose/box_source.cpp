@@ -201,8 +201,14 @@ void setBounds(SourcePart& s)
     if (s.voxels.empty()) return;
     constexpr auto kTogether = static_cast<std::size_t>(BoundsList::kTogether);
     std::vector<SourceBounds> members = boundsOfRuns(s);
-    for (std::vector<float>* c : {&s.x, &s.y, &s.z})
+    for (std::vector<float>* c : {&s.x, &s.y, &s.z}) {
+        c->reserve(members.size() * SourcePart::kRun); // no more than that
         c->resize(members.size() * SourcePart::kRun, 1e30f);
+        c->shrink_to_fit();
+    }
+    s.voxels.shrink_to_fit();
+    s.squares.shrink_to_fit();
+    s.scatter_ratios.shrink_to_fit();
     do {
         BoundsList& list = s.bounds_of.emplace_back();
         std::vector<SourceBounds> groups;

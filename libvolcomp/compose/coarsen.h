@@ -37,8 +37,8 @@ void append(SourcePart& part, const Vec3f& place, const SourceVoxel& v);
 /// -2^20 to 2^20 - 1.
 std::uint64_t mortonKey(std::int32_t x, std::int32_t y, std::int32_t z);
 
-/// Finds the bounds of runs, of groups and of all, and pads the lists. To be called when all voxels
-/// are in `s`.
+/// Finds the bounds of runs, of groups and of all, pads the lists, and lets go of memory that they
+/// do not fill. To be called when all voxels are in `s`.
 void setBounds(SourcePart& s);
 
 } // namespace volcomp

@@ -261,6 +261,31 @@ TEST(VirtualComposite, FactorsFollowFromTheScalesAtEachLevel)
     }
 }
 
+TEST(VirtualComposite, StepsOfAHalfAreRoundedInOneWay)
+{
+    // A box's voxel times its scale is half the finest voxel: at 1/2 and below coarser voxels are
+    // placed. The order of the operations decides, and must be one everywhere.
+    const double voxel = 0.004, finest = 0.00784000015258789;
+    const float scale = 0.98f;
+    ASSERT_LE(voxel * scale / finest, 0.5);
+    ASSERT_GT(voxel * (scale / finest), 0.5);
+    const std::vector<Box> boxes = someBoxes(voxel, 5);
+    PlacedScene scene = placedBoxes({});
+    for (int k = 0; k < 20; ++k) {
+        Placement p = randomPlacement(hashKey(11, std::uint64_t(k)), 0.5);
+        p.scale = scale;
+        p.box = std::uint16_t(k % 3);
+        scene.boxes.placements.push_back(p);
+    }
+    ComposeParams params = paramsOf(Kept::blocked_light);
+    const VirtualComposite composite(boxes, scene, params, finest, 3);
+    for (int n = 0; n < 3; ++n) {
+        params.voxel = std::ldexp(finest, n);
+        EXPECT_GT(compare(composite.level(n), compose(boxes, scene, params)), 4u);
+        if (HasFatalFailure()) return;
+    }
+}
+
 TEST(VirtualComposite, SkinsThatAreVoxelsAreSources)
 {
     const std::vector<Box> boxes = someBoxes(0.01, 4);
@@ -400,7 +425,8 @@ TEST(VirtualComposite, NodesWithoutSourcesCostNothingAndListsCanBeForgotten)
 TEST(VirtualComposite, OfNothingIsOneEmptyPart)
 {
     const PlacedScene scene = placedBoxes({});
-    const VirtualComposite composite(std::vector<Box>{}, scene, paramsOf(Kept::blocked_light), 0.1, 3);
+    const VirtualComposite composite(std::vector<Box>{}, scene, paramsOf(Kept::blocked_light), 0.1,
+                                     3);
     const TileMaker& level = composite.level(2);
     EXPECT_EQ(level.parts().size(), 1u);
     EXPECT_TRUE(level.bounds().empty());

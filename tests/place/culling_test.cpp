@@ -120,5 +120,46 @@ TEST(Culling, boxesAreCulledAsLargeAsTheyStand)
     EXPECT_EQ(countKept({large, p}, {big, none}, c, {sun}), 1u);
 }
 
+TEST(Culling, ABoxsBallIsAroundTheCubesOfItsVoxels)
+{
+    const BoxBall ball = ballOf(dot(0.05)); // a column of 20 voxels, the first around the origin
+    EXPECT_NEAR((ball.centre - Vec3d(0, 0.475, 0)).length(), 0, 1e-12);
+    EXPECT_NEAR(ball.radius, std::sqrt(1 + 2 * 0.05 * 0.05) / 2, 1e-12);
+    Box none = dot(0.05);
+    none.volume.parts[0].density = openvdb::FloatGrid::create(0.0f);
+    EXPECT_LT(ballOf(none).radius, 0);
+}
+
+TEST(Culling, TheRangeReachesFromTheNearestBallInViewToTheFarthest)
+{
+    const Camera c = above(5);
+    const double radius = 0.8;
+    const std::vector<BoxBall> balls{{Vec3d(0, 0.5, 0), radius}, {}};
+    PlacementList list;
+    const auto add = [&](const Vec3d& position, float scale, std::uint32_t box = 0) {
+        Placement p;
+        p.position = position;
+        p.scale = scale;
+        p.box = box;
+        list.placements.push_back(p);
+    };
+    const auto expect = [&](double nearest, double farthest) {
+        const ViewedRange range = viewedRange(list, balls, c, 640, 480);
+        EXPECT_NEAR(range.nearest, nearest, 1e-12);
+        EXPECT_NEAR(range.farthest, farthest, 1e-12);
+    };
+    expect(0, 0);
+    add(Vec3d(0, 4, 0), 1, 1); // a box without voxels
+    add(Vec3d(0, 20, 0), 1);   // behind the eye
+    add(Vec3d(50, 0, 0), 1);   // outside
+    expect(0, 0);
+    add(Vec3d(0), 1);
+    expect(4.5 - radius, 4.5 + radius);
+    add(Vec3d(0, -5, 0), 2);
+    expect(4.5 - radius, 9 + 2 * radius);
+    add(Vec3d(0, 5, 0), 0.5f); // around the eye
+    expect(0, 9 + 2 * radius);
+}
+
 } // namespace
 } // namespace volcomp

@@ -23,8 +23,15 @@ VirtualScene virtualSceneOf(const std::filesystem::path& folder, Stale stale = S
     VirtualSceneOptions options;
     options.boxes = folder / "boxes";
     options.stale = stale;
-    options.voxels = [](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
+    options.voxels = [&](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
         EXPECT_EQ(boxes.size(), 2u);
+        for (std::size_t b = 0; b < boxes.size(); ++b) {
+            const Box box{"tuft", int(b), readVolume(boxFile(options.boxes, "tuft", int(b)))};
+            EXPECT_EQ(boxes[b].voxel, box.volume.voxelSize());
+            EXPECT_GT(boxes[b].ball.radius, 0);
+            EXPECT_EQ(boxes[b].ball.radius, ballOf(box).radius);
+            EXPECT_EQ(boxes[b].ball.centre, ballOf(box).centre);
+        }
         EXPECT_FALSE(placed.boxes.empty());
         return VoxelRange{0.01, 3};
     };
