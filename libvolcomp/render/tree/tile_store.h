@@ -37,7 +37,8 @@ public:
     /// Whether it is time to let go of tiles: so much is left as a few rays may need.
     bool isFull() const { return isFull(0.5); }
     /// If more than a share of it is used, lets go of all tiles, which are made anew when they are
-    /// asked for. Nobody may use the trees meanwhile, and numbers of leaves mean nothing afterwards.
+    /// asked for. Nobody may use the trees meanwhile, and numbers of leaves mean nothing
+    /// afterwards.
     void relieve(double share = 0.5);
 
 private:

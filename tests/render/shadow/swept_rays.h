@@ -65,10 +65,12 @@ public:
         const Vec3d q = p + way(p, s) * m_L;
         const double spacing = stride * (m_fans ? m_widening * (s - m_s0) : ShadowSweep::kSpacing);
         const auto slope = [&](int axis) { return m_fans ? 0 : -m_L[axis] / std::abs(m_L[m_a]); };
-        const double u = (q[m_b] - zero(m_b) - slope(m_b) * (s - m_s0)) / spacing,
-                     v = (q[m_c] - zero(m_c) - slope(m_c) * (s - m_s0)) / spacing;
+        // The plane on which they keep off the faces: the volume's middle, if they stay in columns.
+        const auto start = [&](int axis) { return m_in_columns[axis] ? m_s0 : 0; };
+        const double u = (q[m_b] - zero(m_b) - slope(m_b) * (s - start(m_b))) / spacing,
+                     v = (q[m_c] - zero(m_c) - slope(m_c) * (s - start(m_c))) / spacing;
         const auto position = [&](int axis, double number) {
-            return zero(axis) + slope(axis) * (s - m_s0) + number * spacing;
+            return zero(axis) + slope(axis) * (s - start(axis)) + number * spacing;
         };
         // If rays stay in their columns, one in another column does not count.
         const auto weight = [&](int axis, double number, double ray) {
