@@ -18,6 +18,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -136,6 +137,7 @@ private:
     class Sweeper;
 
     /// Moves the rays of a directional light off the faces of voxels; sets Field::in_columns.
+    void sweepTogether(const std::vector<std::unique_ptr<Sweeper>>& sweepers) const;
     static void alignWithColumns(const VoxelTree& tree, Field& field);
     const Field* fieldOf(std::size_t light, const Vec3d& L) const;
 

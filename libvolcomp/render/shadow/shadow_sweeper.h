@@ -24,8 +24,17 @@ public:
     {
     }
 
-    /// Fills the field. Returns false, with nothing in it, if no leaf asks for its light.
-    bool run();
+    /// Finds what is asked for. Returns false, with nothing in the field, if no leaf asks for its
+    /// light. Otherwise the field is filled by pass() for one layer after another.
+    bool begin();
+    int layers() const { return int(m_field.planes.size()); }
+    /// Of a tree that is made on the way: whether light comes to nodes that begin at this layer.
+    bool waitsForNodes(int layer) const;
+    /// Makes the tiles of these nodes that bundles pass, and lists their leaves. All nodes of the
+    /// layers before are done with then, so that their tiles may be let go of before that.
+    void makeWay(int layer);
+    /// Keeps what is asked for of the light that comes to a layer, and pushes it on.
+    void pass(int layer);
 
 private:
     /// A leaf at its place.
@@ -63,7 +72,6 @@ private:
     void sortLeaves();
     void findWay();
     void addNodesToLight(const openvdb::Coord& node, std::set<openvdb::Coord>& nodes) const;
-    void makeWay(int layer);
     void makeTiles(const openvdb::Coord& node, int layer) const;
     int firstLayerOf(const openvdb::Coord& node) const;
     void addCell(const openvdb::Coord& origin, int leaf, float seen);

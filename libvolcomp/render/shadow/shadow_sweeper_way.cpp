@@ -38,15 +38,16 @@ int ShadowSweep::Sweeper::firstLayerOf(const openvdb::Coord& node) const
     return int(std::floor((s - m_field.first_s) / kLeafDim));
 }
 
-// If nodes begin at a layer, makes their tiles that bundles pass, and lists their leaves. All nodes
-// of the layers before are done with then.
+bool ShadowSweep::Sweeper::waitsForNodes(int layer) const
+{
+    return m_next_of_way < m_way.size() && m_way[m_next_of_way].first <= layer;
+}
+
 void ShadowSweep::Sweeper::makeWay(int layer)
 {
     const std::size_t first = m_next_of_way;
-    while (m_next_of_way < m_way.size() && m_way[m_next_of_way].first <= layer) ++m_next_of_way;
+    while (waitsForNodes(layer)) ++m_next_of_way;
     if (m_next_of_way == first) return;
-    constexpr double kRoomForLayer = 0.75; // of the budget, for the nodes of this layer
-    m_tree.tiles()->budget().relieve(1 - kRoomForLayer);
     std::fill(m_effective_of.begin(), m_effective_of.end(), -1);
     tbb::parallel_for(first, m_next_of_way,
                       [&](std::size_t i) { makeTiles(m_way[i].second, m_way[i].first); });
