@@ -25,8 +25,11 @@ void ShadowSweep::Rectangle::add(const Rectangle& r)
 
 ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
                          const std::vector<float>& seen, double extinction, double darkest,
-                         bool directed)
-    : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)),
+                         bool directed, const VoxelTree* beyond)
+    : m_tree(tree),
+      m_beyond(tree.tiles() && beyond && beyond->voxelSize() > 1.5 * tree.voxelSize() ? beyond
+                                                                                      : nullptr),
+      m_extinction(extinction), m_darkest(std::min(darkest, 12.0)),
       m_directed(directed && tree.isDirected())
 {
     struct Job {

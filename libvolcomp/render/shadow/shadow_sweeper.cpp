@@ -60,12 +60,12 @@ void ShadowSweep::Sweeper::sortLeaves()
         });
 }
 
-void ShadowSweep::Sweeper::addCell(const openvdb::Coord& origin, int leaf, float seen)
+void ShadowSweep::Sweeper::addCell(const openvdb::Coord& origin, int leaf, float seen, bool far)
 {
     const int a = m_lattice.a, low = m_tree.bounds().min()[a], layers = int(m_cells.size());
     const int layer = (origin[a] - low) / kLeafDim;
     m_cells[std::size_t(m_lattice.sign > 0 ? layer : layers - 1 - layer)].push_back(
-        {leaf, origin[m_lattice.b], origin[m_lattice.c], seen, {}});
+        {leaf, origin[m_lattice.b], origin[m_lattice.c], seen, {}, false, far});
 }
 
 // Whether a leaf needs this field's light: it is seen, and some of it lies behind the source,
