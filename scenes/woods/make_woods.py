@@ -36,10 +36,10 @@ SUN = (-0.83, 0.36, -0.43)     # from where it shines
 ROWS, COLUMNS = 640, 220
 
 # Trees nearby: x, distance.
-OAKS = [(-17.5, 50), (29, 98)]
+OAKS = [(-17.5, 50), (5.5, 93)]
 BIRCHES = [(15.5, 47), (19.5, 53), (-31, 92)]
 SPRUCES = [(-29, 74), (31, 78), (24, 66), (-37, 104), (-22, 110)]
-DEAD = [(-25.5, 67)]
+DEAD = [(-10.5, 72)]
 
 # Ridges: distance, height, half the width, length of their bends.
 RIDGES = [(1150, 62, 260, 500), (1900, 120, 330, 900), (3100, 190, 560, 1500), (5200, 330, 900, 2600), (8600, 640, 1500, 3600)]
@@ -105,7 +105,7 @@ def write_places(path, places):
     write_ply(path, points, np.zeros((len(points), 2)), np.arange(len(points)).reshape(-1, 4))
 
 
-def sky(width=4096):
+def sky(width=2048):
     """Returns the evening's sky: warm and bright around the sun, pale at the horizon, with thin clouds."""
     dx, dy, dz = directions(width)
     rise = np.maximum(dy, 0)[..., None]
@@ -122,7 +122,7 @@ def sky(width=4096):
     return np.clip(colour + (np.array([0.20, 0.20, 0.13]) - colour) * below, 0, 1)
 
 
-def write_maps(out, columns=768, rows=1536):
+def write_maps(out, columns=512, rows=1280):
     v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
     d = distances(v)
     x = across(u, d)

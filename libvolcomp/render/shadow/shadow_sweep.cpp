@@ -25,8 +25,11 @@ void ShadowSweep::Rectangle::add(const Rectangle& r)
 
 ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
                          const std::vector<float>& seen, double extinction, double darkest,
-                         bool directed)
-    : m_tree(tree), m_extinction(extinction), m_darkest(std::min(darkest, 12.0)),
+                         bool directed, const VoxelTree* beyond)
+    : m_tree(tree),
+      m_beyond(tree.tiles() && beyond && beyond->voxelSize() > 1.5 * tree.voxelSize() ? beyond
+                                                                                      : nullptr),
+      m_extinction(extinction), m_darkest(std::min(darkest, 12.0)),
       m_directed(directed && tree.isDirected())
 {
     struct Job {
@@ -51,16 +54,44 @@ ShadowSweep::ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights
     // Each light waits for all its threads after every layer. Meanwhile they work for another
     // light.
     const auto run = [&](Job& job) {
-        job.asked = Sweeper(*this, job.field, lights[job.light], seen).run();
+        Sweeper sweeper(*this, job.field, lights[job.light], seen);
+        job.asked = sweeper.begin();
+        for (int layer = 0; job.asked && layer < sweeper.layers(); ++layer) sweeper.pass(layer);
     };
-    if (tree.tiles())
-        for (Job& job : jobs) run(job); // each may let go of all tiles on its way
-    else tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) { run(jobs[i]); });
+    if (!tree.tiles()) {
+        tbb::parallel_for(std::size_t(0), jobs.size(), [&](std::size_t i) { run(jobs[i]); });
+    } else
+        for (int side = 0; side < 6; ++side) {
+            // Lights that come from one side, as those of a soft light do, go through the layers
+            // together: they need nearly the same tiles.
+            std::vector<std::unique_ptr<Sweeper>> together;
+            for (Job& job : jobs) {
+                const LightLattice& lattice = job.field.lattice;
+                if (2 * lattice.a + (lattice.sign > 0) != side) continue;
+                auto sweeper = std::make_unique<Sweeper>(*this, job.field, lights[job.light], seen);
+                job.asked = sweeper->begin();
+                if (job.asked) together.push_back(std::move(sweeper));
+            }
+            sweepTogether(together);
+        }
     for (Job& job : jobs)
         if (job.asked) {
             m_field_of[job.light][job.side] = int(m_fields.size());
             m_fields.push_back(std::move(job.field));
         }
+}
+
+void ShadowSweep::sweepTogether(const std::vector<std::unique_ptr<Sweeper>>& sweepers) const
+{
+    constexpr double kRoomForLayer = 0.75; // of the budget, for nodes that begin at one layer
+    const int layers = sweepers.empty() ? 0 : sweepers[0]->layers(); // all have as many
+    for (int layer = 0; layer < layers; ++layer) {
+        if (std::any_of(sweepers.begin(), sweepers.end(),
+                        [&](const auto& s) { return s->waitsForNodes(layer); }))
+            m_tree.tiles()->budget().relieve(1 - kRoomForLayer);
+        for (const auto& s : sweepers) s->makeWay(layer);
+        for (const auto& s : sweepers) s->pass(layer);
+    }
 }
 
 void ShadowSweep::alignWithColumns(const VoxelTree& tree, Field& field)

@@ -18,6 +18,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -46,8 +47,13 @@ public:
     /// density 1 over one voxel. No light is taken to arrive behind an optical depth of `darkest`.
     /// If `directed`, densities are multiplied by VoxelTree::directionFactor(). The tree must
     /// outlive this; lights and `seen` need not.
+    ///
+    /// `beyond`, if not null, is made on the way of the same particles, too, with voxels of twice,
+    /// four times ... the width. Light comes through it as far as 128 voxels of the tree, or a bit
+    /// more, before the leaves that ask for it: there its shadows are no sharper than that.
     ShadowSweep(const VoxelTree& tree, const std::vector<Light>& lights,
-                const std::vector<float>& seen, double extinction, double darkest, bool directed);
+                const std::vector<float>& seen, double extinction, double darkest, bool directed,
+                const VoxelTree* beyond = nullptr);
 
     /// A light's transmittance that was looked up without marching.
     struct CoarseTransmittance {
@@ -136,10 +142,12 @@ private:
     class Sweeper;
 
     /// Moves the rays of a directional light off the faces of voxels; sets Field::in_columns.
+    void sweepTogether(const std::vector<std::unique_ptr<Sweeper>>& sweepers) const;
     static void alignWithColumns(const VoxelTree& tree, Field& field);
     const Field* fieldOf(std::size_t light, const Vec3d& L) const;
 
     const VoxelTree& m_tree;
+    const VoxelTree* m_beyond; ///< null: light comes through the tree alone
     double m_extinction, m_darkest;
     bool m_directed;
     std::vector<Field> m_fields;

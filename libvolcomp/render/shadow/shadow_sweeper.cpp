@@ -20,7 +20,7 @@ void forEachBundle(const Rectangle& r, const F& f)
 
 } // namespace
 
-bool ShadowSweep::Sweeper::run()
+bool ShadowSweep::Sweeper::begin()
 {
     sortLeaves();
     setSpacing();
@@ -29,15 +29,16 @@ bool ShadowSweep::Sweeper::run()
     if (m_all.empty()) return false;
     if (m_tree.tiles()) findWay();
     m_bundles.resize(m_all.size());
-    for (int layer = 0; layer < int(m_field.planes.size()); ++layer) {
-        if (m_tree.tiles()) makeWay(layer);
-        if (m_sweep.m_directed) m_effective_of.resize(m_tree.leafCount(), -1);
-        keep(layer);
-        if (layer >= int(m_cells.size())) continue;
-        push(layer);
-        std::vector<Cell>().swap(m_cells[std::size_t(layer)]);
-    }
     return true;
+}
+
+void ShadowSweep::Sweeper::pass(int layer)
+{
+    if (m_sweep.m_directed) m_effective_of.resize(m_tree.leafCount(), -1);
+    keep(layer);
+    if (layer >= int(m_cells.size())) return;
+    push(layer);
+    std::vector<Cell>().swap(m_cells[std::size_t(layer)]);
 }
 
 // Sorts the leaves by layer; of a tree that is made on the way those that ask for light.
@@ -59,12 +60,12 @@ void ShadowSweep::Sweeper::sortLeaves()
         });
 }
 
-void ShadowSweep::Sweeper::addCell(const openvdb::Coord& origin, int leaf, float seen)
+void ShadowSweep::Sweeper::addCell(const openvdb::Coord& origin, int leaf, float seen, bool far)
 {
     const int a = m_lattice.a, low = m_tree.bounds().min()[a], layers = int(m_cells.size());
     const int layer = (origin[a] - low) / kLeafDim;
     m_cells[std::size_t(m_lattice.sign > 0 ? layer : layers - 1 - layer)].push_back(
-        {leaf, origin[m_lattice.b], origin[m_lattice.c], seen, {}});
+        {leaf, origin[m_lattice.b], origin[m_lattice.c], seen, {}, false, far});
 }
 
 // Whether a leaf needs this field's light: it is seen, and some of it lies behind the source,

@@ -4,6 +4,8 @@
 
 #include <memory>
 #include <set>
+#include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -24,8 +26,17 @@ public:
     {
     }
 
-    /// Fills the field. Returns false, with nothing in it, if no leaf asks for its light.
-    bool run();
+    /// Finds what is asked for. Returns false, with nothing in the field, if no leaf asks for its
+    /// light. Otherwise the field is filled by pass() for one layer after another.
+    bool begin();
+    int layers() const { return int(m_field.planes.size()); }
+    /// Of a tree that is made on the way: whether light comes to nodes that begin at this layer.
+    bool waitsForNodes(int layer) const;
+    /// Makes the tiles of these nodes that bundles pass, and lists their leaves. All nodes of the
+    /// layers before are done with then, so that their tiles may be let go of before that.
+    void makeWay(int layer);
+    /// Keeps what is asked for of the light that comes to a layer, and pushes it on.
+    void pass(int layer);
 
 private:
     /// A leaf at its place.
@@ -34,6 +45,7 @@ private:
         float seen;        ///< its greatest weight in a pixel
         Rectangle bundles; ///< whose rays pass it, or between whose rays its points lie
         bool asks = false; ///< for light
+        bool far = false;  ///< its densities are those of the coarser voxels beyond
     };
     struct Bundle {
         std::unique_ptr<RaySums> sums; ///< null before the first particle and in the dark
@@ -62,11 +74,20 @@ private:
 
     void sortLeaves();
     void findWay();
-    void addNodesToLight(const openvdb::Coord& node, std::set<openvdb::Coord>& nodes) const;
-    void makeWay(int layer);
+    void addNodesToLight(const openvdb::Coord& node, std::set<openvdb::Coord>& nearby,
+                         std::set<openvdb::Coord>& nodes) const;
     void makeTiles(const openvdb::Coord& node, int layer) const;
+    std::vector<openvdb::Coord> farLeaves(const openvdb::Coord& node, int first_layer) const;
+    template <class F>
+    void forAskedTiles(const openvdb::Coord& node, int first_layer, const F& f) const;
+    bool isFar(const openvdb::Coord& voxel) const;
+    openvdb::Coord beyondOf(const openvdb::Coord& voxel) const;
+    bool anyLeafBeyond(const openvdb::Coord& tile) const;
+    bool anyBeyond(const openvdb::Coord& leaf) const;
+    void takeBeyond(const openvdb::Coord& leaf, const Vec3d& to_light, float* to) const;
+    openvdb::Coord originOf(const Cell& cell, int layer) const;
     int firstLayerOf(const openvdb::Coord& node) const;
-    void addCell(const openvdb::Coord& origin, int leaf, float seen);
+    void addCell(const openvdb::Coord& origin, int leaf, float seen, bool far = false);
     bool asksForLight(const Cell& cell, int layer) const;
     bool mayBeInCone(const Vec3d& from_light) const;
     void setSpacing();
@@ -99,6 +120,10 @@ private:
     /// each, in the order of these.
     std::vector<std::pair<int, openvdb::Coord>> m_way;
     std::size_t m_next_of_way = 0;
+    int m_beyond_shift = 0;                  ///< voxels beyond are 2^this times as wide
+    std::unordered_set<std::uint64_t> m_far; ///< nodes of the way, by NodeTable::keyOf()
+    /// By place in the layer, b and c in leaves: the number in m_effective of a far leaf.
+    std::unordered_map<std::uint64_t, int> m_far_leaves;
     Rectangle m_all;              ///< bundles that are asked for on some plane
     std::vector<int> m_last;      ///< by bundle: the last plane that asks for it
     std::vector<float> m_weights; ///< by patch: the greatest `seen` of the leaves behind it

@@ -13,6 +13,12 @@ namespace {
 
 constexpr int kLeafVoxels = kLeafDim * kLeafDim * kLeafDim;
 
+/// The key of a far leaf in its layer.
+std::uint64_t farKey(int b, int c)
+{
+    return std::uint64_t(std::uint32_t(b)) << 32 | std::uint32_t(c);
+}
+
 } // namespace
 
 void ShadowSweep::Sweeper::push(int layer)
@@ -37,7 +43,9 @@ void ShadowSweep::Sweeper::push(int layer)
                           for (std::size_t i = range.begin(); i < range.end(); ++i)
                               pushBundle(bundles[i], layer, s, end);
                       });
-    for (const Cell& cell : directed_cells) m_effective_of[cell.leaf] = -1;
+    for (const Cell& cell : directed_cells)
+        if (!cell.far) m_effective_of[cell.leaf] = -1;
+    m_far_leaves.clear();
 }
 
 // The bundles that cross a leaf of the layer, are not dark and are still asked for behind it.
@@ -61,7 +69,11 @@ ShadowSweep::Sweeper::bundlesToPush(int layer, std::vector<Cell>& directed_cells
                 bundle.pushed_layer = layer;
                 bundles.push_back({b, c});
             }
-        if (lit && m_sweep.m_directed && m_tree.leaf(cell.leaf).directed
+        if (lit && cell.far) {
+            m_far_leaves.emplace(farKey(cell.b, cell.c), int(directed_cells.size()));
+            directed_cells.push_back(cell);
+        }
+        if (lit && !cell.far && m_sweep.m_directed && m_tree.leaf(cell.leaf).directed
             && m_effective_of[cell.leaf] < 0) {
             m_effective_of[cell.leaf] = int(directed_cells.size());
             directed_cells.push_back(cell);
@@ -74,7 +86,6 @@ ShadowSweep::Sweeper::bundlesToPush(int layer, std::vector<Cell>& directed_cells
 // to be the same way in the whole leaf: the one from its middle.
 void ShadowSweep::Sweeper::makeEffective(const Cell& cell, int layer, float* to) const
 {
-    const float* density = m_tree.densities(cell.leaf);
     Vec3d to_light = -m_light.direction;
     if (m_lattice.fans) {
         to_light[m_lattice.a] = m_lattice.sign * (m_lattice.s0 - planeAt(layer) - kLeafDim / 2);
@@ -83,6 +94,11 @@ void ShadowSweep::Sweeper::makeEffective(const Cell& cell, int layer, float* to)
         const double length = to_light.length();
         to_light = m_tree.directionToWorld(length > 0 ? to_light / length : Vec3d(1, 0, 0));
     }
+    if (cell.far) {
+        takeBeyond(originOf(cell, layer), to_light, to);
+        return;
+    }
+    const float* density = m_tree.densities(cell.leaf);
     for (int n = 0; n < kLeafVoxels; ++n)
         to[n] =
             density[n] > 0 ? float(density[n] * m_tree.directionFactor(cell.leaf, n, to_light)) : 0;
@@ -172,15 +188,22 @@ bool ShadowSweep::Sweeper::fill(int layer, const LeafRange& range, float* strip)
 {
     const int a = m_lattice.a, b = m_lattice.b, c = m_lattice.c;
     int leaves[Strip::kMaxLeaves][Strip::kMaxLeaves];
+    const float* far[Strip::kMaxLeaves][Strip::kMaxLeaves];
     bool any = false;
-    int cell[3];
+    openvdb::Coord cell;
     cell[a] = int(m_lattice.sign > 0 ? planeAt(layer) : -planeAt(layer + 1));
     for (int i = 0; i < range.count[0]; ++i)
         for (int j = 0; j < range.count[1]; ++j) {
             cell[b] = (range.low[0] + i) * kLeafDim;
             cell[c] = (range.low[1] + j) * kLeafDim;
-            leaves[i][j] = m_tree.leafAt(cell[0], cell[1], cell[2]);
-            any |= leaves[i][j] != VoxelTree::kEmpty;
+            leaves[i][j] = VoxelTree::kEmpty;
+            far[i][j] = nullptr;
+            if (isFar(cell)) {
+                const auto found = m_far_leaves.find(farKey(cell[b], cell[c]));
+                if (found != m_far_leaves.end())
+                    far[i][j] = &m_effective[std::size_t(found->second) * kLeafVoxels];
+            } else leaves[i][j] = m_tree.leafAt(cell[0], cell[1], cell[2]);
+            any |= leaves[i][j] != VoxelTree::kEmpty || far[i][j];
         }
     if (!any) return false;
     const int row_stride = range.count[1] * kLeafDim,
@@ -188,9 +211,9 @@ bool ShadowSweep::Sweeper::fill(int layer, const LeafRange& range, float* strip)
     for (int i = 0; i < range.count[0]; ++i)
         for (int j = 0; j < range.count[1]; ++j) {
             const int leaf = leaves[i][j];
-            const float* from = leaf == VoxelTree::kEmpty ? nullptr : m_tree.densities(leaf);
-            if (from && m_sweep.m_directed && std::size_t(leaf) < m_effective_of.size()
-                && m_effective_of[leaf] >= 0)
+            const float* from = leaf == VoxelTree::kEmpty ? far[i][j] : m_tree.densities(leaf);
+            if (from && !far[i][j] && m_sweep.m_directed
+                && std::size_t(leaf) < m_effective_of.size() && m_effective_of[leaf] >= 0)
                 from = &m_effective[std::size_t(m_effective_of[leaf]) * kLeafVoxels];
             copyLeaf(from, a, row_stride, slice_stride,
                      strip + i * kLeafDim * row_stride + j * kLeafDim);

@@ -203,7 +203,8 @@ void LevelOfDetail::sweep(Level& level)
     const Integrator& integrator = *level.integrator;
     level.sweep = std::make_unique<const ShadowSweep>(
         *level.tree, m_soft.all(), level.seen, integrator.extinction(),
-        integrator.scene().darkestToLight(), m_params.extinction == Extinction::directed);
+        integrator.scene().darkestToLight(), m_params.extinction == Extinction::directed,
+        level.around.get());
     level.integrator->useSweep(*level.sweep);
     std::vector<float>().swap(level.seen);
 }
