@@ -60,7 +60,7 @@ def height(x, d):
         h = h + crest * np.exp(-np.abs((d - line) / width) ** 1.7)
     for k, length in enumerate((90, 260, 700, 1900)):
         h = h + 0.10 * length * fold(x, d, length, 130 + 10 * k) * smoothstep(0.9 * length, 3.2 * length, d)
-    return h + (0.35 * fold(x, d, 9, 170) + 0.8 * fold(x, d, 26, 180)) * smoothstep(14, 40, d)
+    return h + (0.35 * fold(x, d, 9, 170) + 0.8 * fold(x, d, 26, 180) + 1.5 * fold(x, d, 48, 190)) * smoothstep(14, 40, d)
 
 
 def distances(v):
