@@ -255,6 +255,48 @@ TEST(TileStore, ShowsTheSamePictureWithLittleMemory)
     }
 }
 
+// A slab of fog far above the ground, which light passes in voxels four times as wide.
+TEST(TileStore, LightFromAfarComesThroughCoarserVoxels)
+{
+    constexpr double kFog = 0.05, kThick = 16; // 1 / m, m
+    const auto maker = [](double voxel, bool fog) {
+        Volume volume;
+        volume.parts.push_back(emptyPart(voxel));
+        const auto fill = [&](double low, double high, double half, double density) {
+            const auto at = [&](double x) { return int(std::lround(x / voxel)); };
+            volume.parts[0].density->denseFill(
+                {Coord(at(-half), at(low), at(-half)), Coord(at(half), at(high) - 1, at(half))},
+                float(density), true);
+        };
+        fill(0, 2, 6, 2.0);
+        if (fog) fill(60, 60 + kThick, 16, kFog);
+        return std::make_shared<VolumeTiles>(volume);
+    };
+    Light sun;
+    sun.kind = LightKind::directional;
+    sun.direction = {0, -1, 0};
+    sun.strength = Vec3d(1);
+    Camera camera;
+    camera.eye = {0, 20, 20};
+    camera.target = {0, 1, 0};
+    camera.field_of_view = 0.3;
+    const auto shown = [&](bool fog, std::size_t& tiles) {
+        VoxelLevel level;
+        const auto budget = gigabyte();
+        level.tree = std::make_shared<const VoxelTree>(maker(0.25, fog), budget);
+        level.around = std::make_shared<const VoxelTree>(maker(1, fog), budget);
+        const Image image =
+            render({level}, materials(), camera, {sun}, smallPicture(Shadows::sweep));
+        tiles = level.tree->tiles()->tileCount();
+        return double(image.pixel(30, 22)[0]);
+    };
+    std::size_t without = 0, with = 0;
+    const double bright = shown(false, without), shaded = shown(true, with);
+    EXPECT_GT(bright, 0);
+    EXPECT_NEAR(shaded / bright, std::exp(-kFog * kThick), 0.01 * std::exp(-kFog * kThick));
+    EXPECT_EQ(with, without); // nothing of the fog is made of fine voxels
+}
+
 TEST(TileStore, LevelsMeetInTheirDistances)
 {
     RenderParams params = smallPicture(Shadows::none);
