@@ -44,7 +44,7 @@ std::vector<Camera> readCameras(const fs::path& file, const Camera& camera)
         for (double value = 0; words >> value;) values.push_back(value);
         words.clear();
         std::string rest;
-        if (words >> rest || (values.size() != 0 && values.size() != 6 && values.size() != 7))
+        if (words >> rest || (!values.empty() && values.size() != 6 && values.size() != 7))
             throw fileError(file, fmt::format("line {}", number),
                             "eye and target, three numbers each, and at most a field of view",
                             rest.empty() ? fmt::format("{} numbers", values.size())

@@ -120,6 +120,7 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     volume.name = from.boxes.string();
     const std::shared_ptr<TileBudget> budget = budgetFor(from);
     std::vector<std::shared_ptr<const TileMaker>> makers;
+    makers.reserve(std::size_t(range.levels));
     for (int n = 0; n < range.levels; ++n)
         makers.emplace_back(std::shared_ptr<void>(), &volume.made.composite->level(n)); // not owned
     volume.trees = tileTrees(makers, budget);
