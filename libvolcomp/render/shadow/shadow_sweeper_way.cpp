@@ -115,9 +115,10 @@ void ShadowSweep::Sweeper::addNodesToLight(const openvdb::Coord& node,
         openvdb::Coord at;
         at[a] = m_lattice.sign > 0 ? int(s) : int(-s) - kNodeDim;
         for (at[across[0]] = low[0]; at[across[0]] <= high[0]; at[across[0]] += kNodeDim)
-            for (at[across[1]] = low[1]; at[across[1]] <= high[1]; at[across[1]] += kNodeDim)
+            for (at[across[1]] = low[1]; at[across[1]] <= high[1]; at[across[1]] += kNodeDim) {
                 nodes.insert(at);
-        if (s >= near - kNodeDim) nearby.insert(at);
+                if (s >= near - kNodeDim) nearby.insert(at);
+            }
     }
 }
 

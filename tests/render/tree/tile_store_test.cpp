@@ -255,6 +255,33 @@ TEST(TileStore, ShowsTheSamePictureWithLittleMemory)
     }
 }
 
+// Near by, light comes through the level's own voxels: those of another volume, four times as wide,
+// change nothing.
+TEST(TileStore, LightFromNearByComesThroughTheLevelItself)
+{
+    const Volume volume = twoParts();
+    Volume other;
+    for (const VolumePart& part : volume.parts) {
+        other.parts.push_back(emptyPart(1));
+        other.parts.back().kind = part.kind;
+        other.parts.back().material = part.material;
+        other.parts.back().density->denseFill({Coord(-20), Coord(60)}, 5.0f, true);
+    }
+    const auto picture = [&](bool has_around) {
+        VoxelLevel level;
+        const auto budget = gigabyte();
+        level.tree =
+            std::make_shared<const VoxelTree>(std::make_shared<VolumeTiles>(volume), budget);
+        if (has_around)
+            level.around =
+                std::make_shared<const VoxelTree>(std::make_shared<VolumeTiles>(other), budget);
+        RenderParams params = smallPicture(Shadows::sweep);
+        params.samples = 1; // levels meet at their distances
+        return render({level}, materials(), cameraFor(50), {twoLights()[0]}, params).pixels;
+    };
+    EXPECT_EQ(picture(true), picture(false));
+}
+
 // A slab of fog far above the ground, which light passes in voxels four times as wide.
 TEST(TileStore, LightFromAfarComesThroughCoarserVoxels)
 {
@@ -269,7 +296,7 @@ TEST(TileStore, LightFromAfarComesThroughCoarserVoxels)
                 float(density), true);
         };
         fill(0, 2, 6, 2.0);
-        if (fog) fill(60, 60 + kThick, 16, kFog);
+        if (fog) fill(80, 80 + kThick, 16, kFog); // behind the node next to the ground's
         return std::make_shared<VolumeTiles>(volume);
     };
     Light sun;
