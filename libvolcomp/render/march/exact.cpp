@@ -23,7 +23,7 @@ void traceVoxels(const MarchScene& scene, const MarchRay& r, const Vec3d& direct
 {
     const VoxelTree& tree = scene.tree;
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
-        const float* density = tree.densities(span.leaf);
+        const LeafDensities density = tree.densities(span.leaf);
         const bool directed = kDirected && tree.leaf(span.leaf).directed;
         const LeafWay way(r, *span.start, FastWalk());
         for (int i = 0; i < way.count; ++i) {

@@ -51,7 +51,7 @@ double Integrator::markLeaves(const Vec3d& origin, const Vec3d& direction, doubl
     const MarchRay r(tree, tree.toCorner(origin), tree.directionToCorner(direction),
                      to / tree.voxelSize(), from / tree.voxelSize());
     forEachLeaf(tree, r, [&](const LeafSpan& span) {
-        const float* density = tree.densities(span.leaf);
+        const LeafDensities density = tree.densities(span.leaf);
         double greatest = 0;
         forEachVoxel(r, *span.start, [&](int voxel, double t, double end) {
             if (!(density[voxel] > 0)) return;

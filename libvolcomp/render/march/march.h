@@ -246,7 +246,7 @@ template <bool kDirected, class Walk = PlainWalk>
 double leafIntegral(const VoxelTree& tree, const MarchRay& r, int leaf, const CellWalk<1>& start,
                     double t_end, bool clip, const Vec3d& d_world)
 {
-    const float* density = tree.densities(leaf);
+    const LeafDensities density = tree.densities(leaf);
     const bool directed = kDirected && tree.leaf(leaf).directed;
     double part = 0;
     if (tree.leaf(leaf).uniform) {

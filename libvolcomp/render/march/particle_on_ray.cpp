@@ -14,7 +14,7 @@ std::optional<ParticleOnRay> particleAtDepth(const MarchScene& scene, const Marc
     std::optional<ParticleOnRay> found;
     double left = depth;
     forEachLeaf(tree, ray, [&](const LeafSpan& span) {
-        const float* density = tree.densities(span.leaf);
+        const LeafDensities density = tree.densities(span.leaf);
         const bool directed = scene.directed && tree.leaf(span.leaf).directed;
         const LeafWay way(ray, *span.start, PlainWalk());
         for (int i = 0; i < way.count; ++i) {

@@ -98,10 +98,10 @@ void ShadowSweep::Sweeper::makeEffective(const Cell& cell, int layer, float* to)
         takeBeyond(originOf(cell, layer), to_light, to);
         return;
     }
-    const float* density = m_tree.densities(cell.leaf);
-    for (int n = 0; n < kLeafVoxels; ++n)
-        to[n] =
-            density[n] > 0 ? float(density[n] * m_tree.directionFactor(cell.leaf, n, to_light)) : 0;
+    m_tree.densities(cell.leaf).copyTo(to);
+    forEachVoxelOf(m_tree.leaf(cell.leaf).mask, [&](int n, std::size_t) {
+        to[n] = float(to[n] * m_tree.directionFactor(cell.leaf, n, to_light));
+    });
 }
 
 // The rays of a bundle, where they cross the plane at s, in corner coordinates.
@@ -211,10 +211,15 @@ bool ShadowSweep::Sweeper::fill(int layer, const LeafRange& range, float* strip)
     for (int i = 0; i < range.count[0]; ++i)
         for (int j = 0; j < range.count[1]; ++j) {
             const int leaf = leaves[i][j];
-            const float* from = leaf == VoxelTree::kEmpty ? far[i][j] : m_tree.densities(leaf);
-            if (from && !far[i][j] && m_sweep.m_directed
+            const float* from = far[i][j];
+            float densities[kLeafVoxels];
+            if (leaf != VoxelTree::kEmpty && m_sweep.m_directed
                 && std::size_t(leaf) < m_effective_of.size() && m_effective_of[leaf] >= 0)
                 from = &m_effective[std::size_t(m_effective_of[leaf]) * kLeafVoxels];
+            else if (leaf != VoxelTree::kEmpty) {
+                m_tree.densities(leaf).copyTo(densities);
+                from = densities;
+            }
             copyLeaf(from, a, row_stride, slice_stride,
                      strip + i * kLeafDim * row_stride + j * kLeafDim);
         }

@@ -110,7 +110,8 @@ void Openness::Builder::addDensities()
     m_lumps.resize(leaves * std::size_t(m_lumps_of_leaf));
     tbb::parallel_for(std::size_t(0), leaves, [&](std::size_t i) {
         Lump* const lumps = &m_lumps[i * std::size_t(m_lumps_of_leaf)];
-        const float* density = m_tree.densities(int(i));
+        float density[kLeafSize];
+        m_tree.densities(int(i)).copyTo(density);
         for (int v = 0; v < kLeafSize; ++v) {
             Lump& lump = lumps[lumpOf(v)];
             lump.mass += density[v];

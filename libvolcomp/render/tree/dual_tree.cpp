@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/render/tree/dual_tree.h"
 
-#include <cstring>
+#include <algorithm>
 
 namespace volcomp {
 namespace {
@@ -39,17 +39,18 @@ DualTree::DualTree(const VoxelTree& tree)
 
 void DualTree::gather(int leaf, float* values) const
 {
-    static constexpr float kNothing[kLeafSize] = {};
-    const float* densities[8];
-    for (int k = 0; k < 8; ++k)
-        densities[k] =
-            m_leaves[leaf][k] == VoxelTree::kEmpty ? kNothing : m_tree.densities(m_leaves[leaf][k]);
-    for (int x = 0; x < kDim; ++x)
-        for (int y = 0; y < kDim; ++y, values += kDim) {
-            const int k = (x >> 3) << 2 | (y >> 3) << 1, row = (x & 7) << 6 | (y & 7) << 3;
-            std::memcpy(values, densities[k] + row, kLeafDim * sizeof(float));
-            values[kLeafDim] = densities[k + 1][row];
-        }
+    std::fill_n(values, kValues, 0.0f);
+    for (int k = 0; k < 8; ++k) {
+        if (m_leaves[leaf][k] == VoxelTree::kEmpty) continue;
+        const LeafDensities densities = m_tree.densities(m_leaves[leaf][k]);
+        // Of the leaves beside, only the voxels at the face, edge or corner.
+        const int dx = k >> 2, dy = k >> 1 & 1, dz = k & 1;
+        for (int x = 0; x < (dx ? 1 : kLeafDim); ++x)
+            for (int y = 0; y < (dy ? 1 : kLeafDim); ++y)
+                for (int z = 0; z < (dz ? 1 : kLeafDim); ++z)
+                    values[((x + dx * kLeafDim) * kDim + y + dy * kLeafDim) * kDim + z
+                           + dz * kLeafDim] = densities[VoxelTree::offset(x, y, z)];
+    }
 }
 
 void DualTree::Gathered::allocate()

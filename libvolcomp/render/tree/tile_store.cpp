@@ -29,9 +29,9 @@ TileStore::TileStore(std::shared_ptr<const TileMaker> maker, std::shared_ptr<Til
       m_has_ratios(std::any_of(m_maker->parts().begin(), m_maker->parts().end(),
                                [](const PartInfo& part) { return part.has_scatter_ratio; })),
       m_words(roomFor<int>(*m_budget, std::size_t(1) << 40)),
-      m_leaves(roomFor<float[kLeafSize]>(*m_budget, std::size_t(1) << 31)),
-      m_density(roomFor<float>(*m_budget, std::size_t(1) << 40)),
+      m_leaves(roomFor<TreeLeaf>(*m_budget, std::size_t(1) << 31)),
       m_records(roomFor<VoxelRecord>(*m_budget, std::size_t(1) << 32)),
+      m_density(roomFor<VoxelRecord>(*m_budget, std::size_t(1) << 32)),
       m_listed(roomFor<ListedRecord>(*m_budget, std::size_t(1) << 32)),
       m_scatter_ratio(m_has_ratios ? roomFor<ScatterRatio>(*m_budget, std::size_t(1) << 32) : 0)
 {
@@ -100,8 +100,8 @@ void TileStore::drop()
             for (int k = 0; any && k < 8; ++k) *words[k] = kUnknown;
         }
     m_leaves.clear();
-    m_density.clear();
     m_records.clear();
+    m_density.clear();
     m_listed.clear();
     m_scatter_ratio.clear();
     m_voxels = 0;
@@ -208,26 +208,24 @@ void TileStore::fillTile(const openvdb::Coord& tile, int (&made)[8]) const
 // Puts a leaf behind the others. Returns its number, or kEmpty if it holds nothing.
 int TileStore::fillLeaf(const BlockVoxels& voxels, const openvdb::Coord& origin) const
 {
-    std::array<float, kLeafSize> density{};
+    LeafFiller::Sums sums;
     TreeLeaf leaf;
-    const LeafFiller::Counts count = m_filler.sumDensities(voxels, origin, leaf, density.data());
+    const LeafFiller::Counts count = m_filler.sumDensities(voxels, origin, leaf, sums);
     const int voxel_count = leaf.count();
     if (voxel_count == 0) return kEmpty;
     const std::uint32_t entries = m_filler.listEntries(leaf, count);
-    take(sizeof(TreeLeaf) + kLeafSize * sizeof(float)
+    take(sizeof(TreeLeaf)
          + std::size_t(voxel_count)
-             * (sizeof(VoxelRecord) + (m_has_ratios ? sizeof(ScatterRatio) : 0))
+             * (sizeof(VoxelRecord) + sizeof(float) + (m_has_ratios ? sizeof(ScatterRatio) : 0))
          + entries * sizeof(ListedRecord));
     const std::size_t number = m_leaves.append(1);
-    m_density.append(kLeafSize);
     leaf.first = std::uint32_t(m_records.append(std::size_t(voxel_count)));
     const std::uint32_t first_entry = entries > 0 ? std::uint32_t(m_listed.append(entries)) : 0;
     if (m_has_ratios) std::fill_n(m_scatter_ratio.data() + leaf.first, voxel_count, kHomogeneous);
-    float* const to = m_density.data() + number * kLeafSize;
-    std::copy(density.begin(), density.end(), to);
-    m_filler.writeRecords(voxels, count,
-                          {leaf, to, m_records.data(), m_listed.data(), m_scatter_ratio.data()},
-                          first_entry);
+    m_filler.writeRecords(
+        voxels, count, sums,
+        {leaf, m_density.data(), m_records.data(), m_listed.data(), m_scatter_ratio.data()},
+        first_entry);
     m_leaves.data()[number] = leaf;
     m_voxels += std::uint64_t(voxel_count);
     return int(number);

@@ -169,10 +169,10 @@ private:
     mutable std::vector<Place> m_places; // nodes with a table
     mutable ReservedArray<std::atomic<int>> m_words;
     mutable ReservedArray<TreeLeaf> m_leaves;
-    mutable ReservedArray<float> m_density;
     mutable ReservedArray<VoxelRecord> m_records;
+    mutable ReservedArray<float> m_density; // by record
     mutable ReservedArray<ListedRecord> m_listed;
-    mutable ReservedArray<ScatterRatio> m_scatter_ratio;
+    mutable ReservedArray<ScatterRatio> m_scatter_ratio; // by record
     mutable std::atomic<std::uint64_t> m_voxels{0};
     mutable std::atomic<std::size_t> m_tiles{0};
     mutable std::atomic<std::size_t> m_taken{0}, m_taken_by_words{0}; // of the budget

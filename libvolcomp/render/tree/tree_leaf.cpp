@@ -29,16 +29,17 @@ Error badDensity(const PartInfo& part, const openvdb::Coord& leaf, int voxel, fl
 }
 
 LeafFiller::Counts LeafFiller::sumDensities(const BlockVoxels& voxels, const openvdb::Coord& origin,
-                                            TreeLeaf& leaf, float* density) const
+                                            TreeLeaf& leaf, Sums& sums) const
 {
     Counts count{};
+    sums.fill(0);
     leaf.colour_scale = 0;
     for (std::size_t p = 0; p < voxels.size(); ++p) {
         const PartVoxels& part = voxels[p];
         forEachVoxelOf(part.mask, [&](int n, std::size_t k) {
             const float own = PartVoxels::at(part.density, k, 0.0f);
-            density[n] += own;
-            for (const float value : {own, density[n]})
+            sums[n] += own;
+            for (const float value : {own, sums[n]})
                 if (!(value >= 0) || !std::isfinite(value))
                     throw badDensity(m_parts[p], origin, n, value);
             ++count[n];
@@ -47,7 +48,7 @@ LeafFiller::Counts LeafFiller::sumDensities(const BlockVoxels& voxels, const ope
             leaf.colour_scale = std::max(leaf.colour_scale, brightest(colour));
     }
     for (int n = 0; n < kLeafSize; ++n)
-        if (density[n] > 0) leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
+        if (sums[n] > 0) leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
     leaf.countBefore();
     return count;
 }
@@ -60,10 +61,12 @@ std::uint32_t LeafFiller::listEntries(const TreeLeaf& leaf, const Counts& count)
     return entries;
 }
 
-void LeafFiller::writeRecords(const BlockVoxels& voxels, const Counts& count, const LeafToFill& to,
-                              std::uint32_t first_entry) const
+void LeafFiller::writeRecords(const BlockVoxels& voxels, const Counts& count, const Sums& sums,
+                              const LeafToFill& to, std::uint32_t first_entry) const
 {
     TreeLeaf& l = to.leaf;
+    if (l.uniform) to.density[l.first] = sums[0];
+    else forEachVoxelOf(l.mask, [&](int n, std::size_t k) { to.density[l.first + k] = sums[n]; });
     std::array<std::uint32_t, kLeafSize> cursor{};
     std::uint32_t next = first_entry;
     for (int n = 0; n < (l.uniform ? 1 : kLeafSize); ++n) {
@@ -87,7 +90,7 @@ void LeafFiller::writeRecords(const BlockVoxels& voxels, const Counts& count, co
             if (part.scatter_ratio.empty()) return;
             const Vec3f& s = PartVoxels::at(part.scatter_ratio, k, Vec3f(1.0f));
             // The mean over the parts, weighed by their density; 1 where a part has none.
-            const float w = density / to.density[n];
+            const float w = density / sums[n];
             for (std::size_t i = 0; i < 3; ++i) to.scatter_ratio[at][i] += w * (s[int(i)] - 1);
         });
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The volume as rays read it: a table of nodes of 128^3 voxels (node_table.h), leaves of 8^3
-// voxels, the density of all parts as plain floats, and the rest of a voxel in one record of 8
-// bytes (voxel_record.h). Blocks in which all voxels are the same are leaves of one record, which
-// any number of places share.
+// voxels, the density of all parts in those that hold something as plain floats, and the rest of a
+// voxel in one record of 8 bytes (voxel_record.h). Blocks in which all voxels are the same are
+// leaves of one record, which any number of places share.
 #pragma once
 
 #include <array>
@@ -125,7 +125,7 @@ public:
     std::size_t placeCount() const { return m_tiles ? m_tiles->placeCount() : m_leaves.size(); }
     const Leaf& leaf(int index) const { return m_at.leaves[index]; }
     /// 512 densities of all parts together, 1 / world length, by offset().
-    const float* densities(int leaf) const { return m_at.density + std::size_t(leaf) * kLeafSize; }
+    LeafDensities densities(int leaf) const { return {m_at.leaves[leaf], m_at.density}; }
     /// The place of voxel (x,y,z) in its leaf; "voxel" below.
     static int offset(int x, int y, int z) { return numberInLeaf(x, y, z); }
     float density(int x, int y, int z) const
@@ -150,7 +150,7 @@ public:
         const Leaf& l = m_at.leaves[leaf];
         const VoxelRecord record = m_at.records[l.recordIndex(voxel)];
         if (!record.isList()) {
-            f(record.content(densities(leaf)[voxel], l.colour_scale));
+            f(record.content(m_at.density[l.recordIndex(voxel)], l.colour_scale));
             return;
         }
         const ListedRecord* entry = m_at.listed + record.listStart();
@@ -214,7 +214,7 @@ private:
     openvdb::CoordBBox m_bounds;
     NodeTable m_places;
     std::vector<Leaf> m_leaves;
-    std::vector<float> m_density; ///< 512 a leaf
+    std::vector<float> m_density; ///< by record
     std::vector<VoxelRecord> m_records;
     std::vector<ListedRecord> m_listed;
     std::vector<ScatterRatio> m_scatter_ratio; ///< by record; of coarser trees

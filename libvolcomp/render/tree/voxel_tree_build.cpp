@@ -208,7 +208,6 @@ private:
     // The sizes of all tables, from what the source may hold.
     void makeRoom()
     {
-        m_tree.m_density.resize(m_places.size() * kLeafSize);
         m_tree.m_leaves.resize(m_places.size());
         std::uint64_t records = 0, entries = 0;
         for (std::size_t i = 0; i < m_places.size(); ++i) {
@@ -221,6 +220,7 @@ private:
         if (std::max(records, entries) >> 32)
             throw Error("the volume has more voxels than 2^32; use a larger voxel");
         m_tree.m_records.resize(records);
+        m_tree.m_density.resize(records);
         m_tree.m_listed.resize(entries);
         if (std::any_of(m_source.parts().begin(), m_source.parts().end(),
                         [](const PartInfo& part) { return part.has_scatter_ratio; }))
@@ -270,13 +270,13 @@ private:
     void fillLeaf(std::size_t index, const BlockVoxels& voxels)
     {
         Leaf& l = m_tree.m_leaves[index];
-        float* const density = &m_tree.m_density[index * kLeafSize];
         l.uniform = m_places[index].tile;
+        LeafFiller::Sums sums;
         const LeafFiller::Counts count =
-            m_filler.sumDensities(voxels, m_places[index].origin, l, density);
-        m_filler.writeRecords(voxels, count,
-                              {l, density, m_tree.m_records.data(), m_tree.m_listed.data(),
-                               m_tree.m_scatter_ratio.data()},
+            m_filler.sumDensities(voxels, m_places[index].origin, l, sums);
+        m_filler.writeRecords(voxels, count, sums,
+                              {l, m_tree.m_density.data(), m_tree.m_records.data(),
+                               m_tree.m_listed.data(), m_tree.m_scatter_ratio.data()},
                               m_places[index].first);
     }
 

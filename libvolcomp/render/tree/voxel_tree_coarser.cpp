@@ -80,7 +80,6 @@ public:
         m_tree.m_parts = m_fine.m_parts;
         addPlaces();
         m_tree.m_leaves.resize(m_leaves.size());
-        m_tree.m_density.resize(m_leaves.size() * kLeafSize);
         constexpr std::size_t kBatch = 4096; // leaves that wait to be put behind the others
         std::vector<Filled> filled;
         for (std::size_t start = 0; start < m_leaves.size(); start += kBatch) {
@@ -104,10 +103,14 @@ private:
     };
     struct Filled { // what a leaf adds to the tables; its lists are counted from its first entry
         std::vector<VoxelRecord> records;
+        std::vector<float> density;
         std::vector<ScatterRatio> scatter_ratio;
         std::vector<ListedRecord> shared;
     };
-    using LeafRatios = std::array<ScatterRatio, kLeafSize>;
+    struct LeafSums {
+        std::array<float, kLeafSize> density;
+        std::array<ScatterRatio, kLeafSize> ratios;
+    };
 
     // Leaf after leaf in the order of their places. If eight places have the same leaf, which only
     // tiles have, so has the coarser place.
@@ -158,25 +161,26 @@ private:
         const Octants& octants = m_leaves[index];
         leaf.uniform = isTile(octants);
         leaf.colour_scale = 0;
-        LeafRatios ratios;
+        LeafSums coarse;
         for (int octant = 0; octant < 8; ++octant)
-            if (octants[octant] != kEmpty) fillOctant(index, octant, ratios);
+            if (octants[octant] != kEmpty) fillOctant(index, octant, coarse);
         leaf.countBefore();
         Filled filled;
         std::vector<Entry> entries;
         std::vector<PartSum> sums;
         for (int n = 0; n < (leaf.uniform ? 1 : kLeafSize); ++n) {
-            if (!(leaf.mask[n >> 6] >> (n & 63) & 1)) continue;
-            filled.scatter_ratio.push_back(ratios[n]);
+            if (!leaf.holds(n)) continue;
+            filled.density.push_back(coarse.density[n]);
+            filled.scatter_ratio.push_back(coarse.ratios[n]);
             const double total = sumParts(octants[octantOf(n)], firstOf(n), sums);
-            addEntries(n, m_tree.m_density[index * kLeafSize + n], total, sums, leaf, entries);
+            addEntries(n, coarse.density[n], total, sums, leaf, entries);
         }
         packEntries(entries, leaf, filled);
         return filled;
     }
 
     // Densities, mask and scatter ratios of a leaf's octant, from the leaf of the finer tree there.
-    void fillOctant(std::size_t index, int octant, LeafRatios& ratios)
+    void fillOctant(std::size_t index, int octant, LeafSums& coarse)
     {
         const int child = m_leaves[index][octant];
         const VoxelMask& mask = m_fine.m_leaves[child].mask;
@@ -192,8 +196,8 @@ private:
                           n = corner + (x << 6 | (at >> 4) << 3 | (at & 7) >> 1);
                 const CoarserVoxel v = coarserOf(child, 2 * x << 6 | at);
                 if (!(float(v.density) > 0)) continue;
-                m_tree.m_density[index * kLeafSize + n] = float(v.density);
-                ratios[n] = v.scatter_ratio;
+                coarse.density[n] = float(v.density);
+                coarse.ratios[n] = v.scatter_ratio;
                 leaf.mask[n >> 6] |= std::uint64_t(1) << (n & 63);
             }
         }
@@ -202,7 +206,7 @@ private:
     // The voxel for the eight of a leaf that begin at `first`.
     CoarserVoxel coarserOf(int child, int first) const
     {
-        const float* finer = m_fine.densities(child);
+        const LeafDensities finer = m_fine.densities(child);
         EightVoxels eight;
         double sum = 0, squares = 0;
         for (int k = 0; k < 8; ++k) {
@@ -231,7 +235,7 @@ private:
         sums.clear();
         for (const int step : kSteps) {
             const int voxel = first + step;
-            if (!(from.mask[voxel >> 6] >> (voxel & 63) & 1)) continue;
+            if (!from.holds(voxel)) continue;
             m_fine.contents(child, voxel, [&](const VoxelContent& c) {
                 auto sum = std::find_if(sums.begin(), sums.end(),
                                         [&](const PartSum& s) { return s.part == c.part; });
@@ -285,6 +289,8 @@ private:
             m_tree.m_records.push_back(record.isList() ? VoxelRecord::list(
                                            record.listStart() + lists_before, record.listCount())
                                                        : record);
+        m_tree.m_density.insert(m_tree.m_density.end(), filled.density.begin(),
+                                filled.density.end());
         m_tree.m_scatter_ratio.insert(m_tree.m_scatter_ratio.end(), filled.scatter_ratio.begin(),
                                       filled.scatter_ratio.end());
         m_tree.m_listed.insert(m_tree.m_listed.end(), filled.shared.begin(), filled.shared.end());
