@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Fuzzes the readers of files, with Clang's libFuzzer and sanitizers (the preset `fuzz`):
+# Fuzzes the readers of files, with Clang's libFuzzer and sanitizers (the preset `asan`):
 #
 #     tests/fuzz.sh SECONDS [NAME...]    each fuzzer of tests/fuzz/, or those named, that long
 #     tests/fuzz.sh runs                 each with a fixed number of runs, the same ones every time:
@@ -16,7 +16,7 @@ declare -A runs=([checkpoint]=50000 [image]=8000 [mesh]=200000 [scene]=60000 [vd
 
 how=${1:-runs}
 shift || true
-build fuzz fuzzers
+build asan fuzzers
 scratch=${TMPDIR:-/tmp} # in memory if possible: each run writes a file
 if [ -w /dev/shm ]; then scratch=/dev/shm; fi
 mkdir -p build/fuzz/failed
@@ -35,7 +35,7 @@ for name in "$@"; do
     say "fuzz: $name"
     log=build/fuzz/$name.log
     TMPDIR=$scratch ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
-        "build/fuzz/bin/${name}_fuzzer" "${options[@]}" "$found" "tests/fuzz/${name}_corpus" \
+        "build/asan/bin/${name}_fuzzer" "${options[@]}" "$found" "tests/fuzz/${name}_corpus" \
         -timeout=10 -rss_limit_mb=2560 -print_final_stats=1 \
         -artifact_prefix="build/fuzz/failed/$name-" >"$log" 2>&1 || {
         result=1

@@ -43,7 +43,7 @@ RenderParams readRender(TableReader& r)
         p.cutoff, {0, 0.99});
     p.lod = r.flag(
         {"lod", "",
-         "level of detail: where voxels are smaller than pixels, coarser ones that keep the mean transmittance; in fur 8 voxels a pixel wide one sample is closer than four without, and 1 % too dark; volcomp-render --write-levels keeps them in files"},
+         "level of detail: where voxels are smaller than pixels, coarser ones that keep the mean transmittance; in fur 8 voxels a pixel wide one sample is closer than four without, and 1 % too dark"},
         p.lod);
     p.undirected =
         r.choice<Undirected>({"undirected", "", "how a voxel without direction is shaded"},

@@ -233,9 +233,10 @@ VolumePart PartReader::read(const std::string& name)
     else if (const auto shared = metadataVector(*part.density, kDirection))
         part.direction = sharedValue<Vec3SGrid>(*part.density, *shared);
     if (ours && (m_file.has("shown" + suffix) || metadata<openvdb::Vec3s>(*part.density, kShown)))
-        throw fileError(m_file.path(), "grid 'shown" + suffix + "'",
-                        "grid 'scatter_ratio" + suffix + "'", "what volcomp 0.1.0 had in its place",
-                        "Write the levels of the volume anew (volcomp-render --write-levels).");
+        throw fileError(
+            m_file.path(), "grid 'shown" + suffix + "'", "grid 'scatter_ratio" + suffix + "'",
+            "what volcomp 0.1.0 had in its place",
+            "Files of levels are not written any more: render the volume that they were of.");
     if (const std::string grid = "scatter_ratio" + suffix; ours && m_file.has(grid))
         part.scatter_ratio = readVectors(grid, *part.density, false);
     else if (const auto scatter_ratio = metadataVector(*part.density, kScatterRatio))

@@ -15,6 +15,7 @@ and the maps
     DIR/trees.png    red: where spruces stand, green: birches, blue: oaks
     DIR/low.png      red: where grass grows, green: ferns, blue: bushes
     DIR/season.png   what the season does to the colour of broadleaf trees
+    DIR/dry.png      and to the grass, which stays green where it is damp
 The wedge reaches 10 km, and further if AREA, a factor on its area, is given. Maps lie on the wedge:
 their pixels are as large as the distance wants them. Units are metres, y is up, and the camera looks
 along -z from above the origin. The files are the same in every run.
@@ -52,7 +53,8 @@ def fold(x, d, length, key):
 
 def height(x, d):
     """Returns the height of the land: a knoll, a valley, and ridges behind each other."""
-    h = 81 - 7 * smoothstep(25, 70, d) - 74 * smoothstep(38, 400, d) ** 0.8
+    edge = d + 30 * fold(x, 0 * d, 60, 40) * smoothstep(20, 50, d)  # the knoll's, which is not straight
+    h = 81 - 7 * smoothstep(25, 70, edge) - 74 * smoothstep(38, 400, edge) ** 0.8
     h = h + 34 * smoothstep(0.10, 0.42, np.abs(x / (d + 40) - 0.03)) * smoothstep(70, 260, d) * smoothstep(900, 400, d)
     for k, (at, top, width, bend) in enumerate(RIDGES):
         line = at + 0.35 * bend * fold(x, 0 * d, bend, 50 + 10 * k)
@@ -116,7 +118,7 @@ def sky(width=2048):
     colour = colour + np.array([0.22, 0.13, 0.03]) * near ** 3 * np.exp(-rise / 0.5) + np.array([0.3, 0.22, 0.1]) * near ** 40
     x, y = dx / (np.maximum(dy, 0) + 0.07), -dz / (np.maximum(dy, 0) + 0.07)
     streak = sum(noise(x * 1.1 * 2 ** k + 5 * k, y * 0.45 * 2 ** k + 3, 20 + k) * 0.55 ** k for k in range(6)) / 2.16
-    cloud = smoothstep(0.50, 0.80, streak)[..., None] * smoothstep(0.02, 0.14, rise) * 0.75
+    cloud = smoothstep(0.44, 0.72, streak)[..., None] * smoothstep(0.02, 0.14, rise) * 0.75
     colour = colour + (np.array([0.98, 0.90, 0.82]) - colour) * cloud
     below = smoothstep(0.0, -0.05, dy)[..., None]
     return np.clip(colour + (np.array([0.20, 0.20, 0.13]) - colour) * below, 0, 1)
@@ -162,6 +164,9 @@ def write_maps(out, columns=512, rows=1280):
     floor = soil + (moss - soil) * damp
     meadow = green + (straw - green) * dry * 0.8
     write_png(os.path.join(out, "ground.png"), to_bytes(floor + (meadow - floor) * open_land[..., None])[::-1])
+    lush, straw = np.array([0.62, 0.86, 0.50]), np.array([1.45, 1.12, 0.78])
+    parched = smoothstep(-0.30, 0.30, fold(x, d, 18, 65) + 0.5 * fold(x, d, 4, 66))[..., None]
+    write_png(os.path.join(out, "dry.png"), to_bytes(((lush + (straw - lush) * parched) / 1.5) ** (1 / 2.2))[::-1])
     turned = 0.55 * smoothstep(0.0, 0.35, fold(x, d, 70, 61)) + 0.6 * random(*np.indices(x.shape), 9) ** 3
     green, gold = np.array([0.62, 0.64, 0.60]), np.array([1.40, 0.86, 0.42])
     write_png(os.path.join(out, "season.png"), to_bytes(((green + (gold - green) * np.clip(turned, 0, 1)[..., None]) / 1.5) ** (1 / 2.2))[::-1])

@@ -139,31 +139,6 @@ TEST_F(Programs, ACropOutsideThePictureIsRefused)
                       {"--crop: expected X,Y,WIDTH,HEIGHT", crop}, "a.exr");
 }
 
-// Levels are written once, read from then on, and said to be unfit when the volume is another.
-TEST_F(Programs, LevelsOfDetailAreWrittenAndRead)
-{
-    bakeAndCompose();
-    const std::string job = "scene.toml --volume volume.vdb --size 6x4 --lod --samples 16 ";
-    const Outcome written = run("render", job + "--write-levels -o a.png");
-    EXPECT_EQ(written.status, 0) << written.output;
-    EXPECT_NE(written.output.find("levels: "), std::string::npos) << written.output;
-    ASSERT_TRUE(exists("volume.level1.vdb"));
-    const Outcome again = run("render", job + "--write-levels -o b.png");
-    EXPECT_EQ(again.output.find("levels: "), std::string::npos) << again.output;
-    EXPECT_TRUE(read("a.png") == read("b.png"));
-    EXPECT_EQ(run("render", job + "-o c.png --threads 1").status, 0);
-    EXPECT_TRUE(read("a.png") == read("c.png"));
-
-    ASSERT_EQ(compose().status, 0); // the same volume again
-    EXPECT_EQ(run("render", job + "-o d.png").output.find("is not used"), std::string::npos);
-    ASSERT_EQ(compose("--voxel 0.021").status, 0);
-    const Outcome stale = run("render", job + "-o e.png");
-    EXPECT_EQ(stale.status, 0);
-    EXPECT_NE(stale.output.find("volume.level1.vdb is not used: it was made of another volume"),
-              std::string::npos)
-        << stale.output;
-}
-
 TEST_F(Programs, APreviewChangesNoPixel)
 {
     bakeAndCompose();

@@ -102,27 +102,18 @@ void ChartCache::forget(double voxel)
     std::error_code code;
     const fs::path file = composed(voxel)["volume"].get<std::string>();
     fs::remove(file, code);
-    for (int n = 1; fs::remove(levelFile(file, n), code); ++n) { }
 }
 
 std::vector<VoxelLevel> ChartCache::levels(double voxel, const RenderParams& params)
 {
     const fs::path file = volume(voxel);
-    if (params.lod) {
-        if (storedLevels(file, params.tau) == 0)
-            m_tool.stage("levels",
-                         [&](const Progress& p) { writeVoxelLevels(file, params.tau, p); });
-        return m_tool.stage("load", [&](const Progress& p) {
-            return readVoxelLevels(file, m_scene.camera, params, p);
-        });
-    }
     if (!m_tree || m_tree_voxel != voxel) {
         m_tree.reset();
         m_tree = std::make_shared<const VoxelTree>(
             m_tool.stage("load", [&](const Progress& p) { return readVoxelTree(file, p); }));
         m_tree_voxel = voxel;
     }
-    return {{m_tree}};
+    return voxelLevels(m_tree, m_scene.camera, params);
 }
 
 /// The skins that are meshes; null if the scene has none.

@@ -52,10 +52,9 @@ json parsed(const std::string& text)
 
 } // namespace
 
-json fileIdentity(const Scene& scene, const std::filesystem::path& volume, const std::string& grid)
+json fileIdentity(const std::filesystem::path& volume, const std::string& grid)
 {
-    return {{"file", volumeIdentifier(volume, grid)},
-            {"stored levels", scene.render.lod ? storedLevels(volume, scene.render.tau, grid) : 0}};
+    return {{"file", volumeIdentifier(volume, grid)}};
 }
 
 json renderFingerprint(const Scene& scene, const json& volume)

@@ -15,10 +15,8 @@ namespace volcomp {
 /// program's version. `volume` says which volume it is, as one of the next two does.
 nlohmann::json renderFingerprint(const Scene& scene, const nlohmann::json& volume);
 
-/// Which volume a file holds, with the levels beside it if the settings use them. Throws Error if
-/// it cannot be read.
-nlohmann::json fileIdentity(const Scene& scene, const std::filesystem::path& volume,
-                            const std::string& grid = {});
+/// Which volume a file holds. Throws Error if it cannot be read.
+nlohmann::json fileIdentity(const std::filesystem::path& volume, const std::string& grid = {});
 
 /// Writes the state of a render. The file appears under its name when it is complete. Throws Error
 /// if it cannot be written.

@@ -28,6 +28,7 @@
 #include "tools/shared/tool.h"
 #include "volcomp/volume/vdb_io.h"
 #include "volcomp/render/tree/voxel_levels.h"
+#include "volcomp/render/tree/voxel_tree_io.h"
 
 namespace {
 
@@ -58,7 +59,7 @@ struct Options {
     std::vector<fs::path> outputs;
     std::string explain; ///< X,Y, or empty
     std::string grid;    ///< of the volume, or empty
-    bool resume = false, write_levels = false;
+    bool resume = false;
     double checkpoint_seconds = 20, max_memory_mb = 0;
     Stale stale = Stale::refused;
 };
@@ -141,24 +142,6 @@ void writePictures(const Tool& tool, const Options& options, const std::string& 
         attempt(tool, "the preview", warned, [&] { writeImage(options.preview, image, {}, look); });
 }
 
-/// Writes the files of the volume's levels if that is asked for, or warns if there are some that
-/// cannot be used.
-void seeToLevels(Tool& tool, const Options& options, const RenderParams& params,
-                 const fs::path& volume)
-{
-    if (!(options.write_levels || params.lod) || storedLevels(volume, params.tau, options.grid) > 0)
-        return;
-    if (options.write_levels)
-        tool.stage("levels", [&](const Progress& progress) {
-            writeVoxelLevels(volume, params.tau, progress, options.grid);
-        });
-    else if (fs::exists(levelFile(volume, 1)))
-        tool.warn(
-            levelFile(volume, 1).string()
-            + " is not used: it was made of another volume or for another tau, or the levels after "
-              "it are not complete. --write-levels makes them anew");
-}
-
 /// The volume that the options name, or else the one beside the first picture.
 fs::path volumeOf(const Options& options)
 {
@@ -187,7 +170,6 @@ bool usesCheckpoint(const Options& options)
 void requireOutputs(const Tool& tool, const Options& options, const Scene& scene,
                     std::size_t cameras, const fs::path& volume)
 {
-    constexpr int kMostLevels = 32; // more than any volume has
     std::vector<NamedFile> inputs = inputsOf(scene), outputs;
     if (options.boxes.empty()) inputs.push_back({"the volume", volume});
     else
@@ -197,8 +179,6 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
         for (std::size_t n = 1; n <= std::max<std::size_t>(cameras, 1); ++n)
             outputs.push_back({"-o", cameras > 0 ? frameFile(output, int(n)) : output});
     outputs.push_back({"--preview", options.preview});
-    for (int n = 1; n <= (options.boxes.empty() ? kMostLevels : 0); ++n)
-        (options.write_levels ? outputs : inputs).push_back({"a level", levelFile(volume, n)});
     if (usesCheckpoint(options)) {
         const fs::path checkpoint = checkpointOf(options);
         std::error_code code;
@@ -292,8 +272,7 @@ RenderedVolume volumeFor(Tool& tool, const Options& options, const std::vector<C
     RenderedVolume volume;
     volume.name = file.string();
     volume.recipe = checkedRecipe(tool, scene, file, options.stale);
-    seeToLevels(tool, options, scene.render, file);
-    if (!options.outputs.empty()) volume.identity = fileIdentity(scene, file, options.grid);
+    if (!options.outputs.empty()) volume.identity = fileIdentity(file, options.grid);
     return volume;
 }
 
@@ -328,8 +307,9 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
     }
     if (options.boxes.empty())
         volume.levels = tool.stage("load", [&](const Progress& progress) {
-            return readVoxelLevels(volumeOf(options), scene.camera, scene.render, progress,
-                                   options.grid);
+            return voxelLevels(std::make_shared<const VoxelTree>(
+                                   readVoxelTree(volumeOf(options), progress, options.grid)),
+                               scene.camera, scene.render);
         });
     const auto skins = skinsOf(tool, scene);
     for (const VoxelLevel& level : volume.levels)
@@ -423,10 +403,6 @@ void addWatchOptions(CLI::App& app, Options& options)
                    "Also write a coarse picture soon, .exr or .png, and a better one after each "
                    "pass")
         ->type_name("FILE");
-    app.add_flag("--write-levels", options.write_levels,
-                 "First write the volume's coarser levels beside it (VOLUME.level1.vdb ...): "
-                 "renders with lod then read only those that they need")
-        ->excludes("--boxes");
     app.add_flag("--resume", options.resume,
                  "Go on where this render was stopped, to the same pixels");
     app.add_option("--checkpoint", options.checkpoint_seconds,

@@ -167,7 +167,8 @@ std::vector<openvdb::Coord> ShadowSweep::Sweeper::farLeaves(const openvdb::Coord
         for (int k = 0; k < 8; ++k) {
             const openvdb::Coord leaf =
                 tile.offsetBy(kLeafDim * (k >> 2), kLeafDim * (k >> 1 & 1), kLeafDim * (k & 1));
-            if (anyBeyond(leaf)) leaves.push_back(leaf);
+            // Coarser voxels may hang over.
+            if (m_tree.bounds().isInside(leaf) && anyBeyond(leaf)) leaves.push_back(leaf);
         }
     });
     return leaves;

@@ -239,7 +239,8 @@ std::vector<TileStore::Place> TileStore::sortedPlaces() const
     return places;
 }
 
-void TileStore::make(const openvdb::CoordBBox& box) const
+void TileStore::make(const openvdb::CoordBBox& box,
+                     const std::function<bool(const openvdb::Coord& tile)>& wanted) const
 {
     openvdb::CoordBBox all = box;
     all.intersect(m_maker->bounds());
@@ -256,7 +257,7 @@ void TileStore::make(const openvdb::CoordBBox& box) const
         tbb::parallel_for(0, kTilesOfNode, [&](int t) {
             const openvdb::Coord tile =
                 o.offsetBy((t >> 6) * kTileDim, (t >> 3 & 7) * kTileDim, (t & 7) * kTileDim);
-            if (all.hasOverlap({tile, tile.offsetBy(kTileDim - 1)}))
+            if (all.hasOverlap({tile, tile.offsetBy(kTileDim - 1)}) && (!wanted || wanted(tile)))
                 leafIn(table, tile[0], tile[1], tile[2]);
         });
     });

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -113,8 +114,10 @@ public:
     }
     /// One above the greatest number of a place.
     std::size_t placeCount() const { return m_words.size(); }
-    /// Makes all tiles that reach into a box of voxels, on all threads.
-    void make(const openvdb::CoordBBox& box) const;
+    /// Makes the tiles that reach into a box of voxels, on all threads; of these only those that
+    /// are `wanted`, by their lowest voxel, if that is given.
+    void make(const openvdb::CoordBBox& box,
+              const std::function<bool(const openvdb::Coord& tile)>& wanted = {}) const;
 
     const TileMaker& maker() const { return *m_maker; }
     TileBudget& budget() const { return *m_budget; }

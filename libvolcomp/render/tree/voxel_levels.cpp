@@ -6,27 +6,12 @@
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/interval.h"
-#include "volcomp/render/tree/voxel_tree_io.h"
-#include "volcomp/volume/vdb_io.h"
 
 namespace volcomp {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kVoxelsPerPixel = 1.5;    // width of a pixel where a level begins, its voxels
 constexpr std::uint64_t kFewestVoxels = 8; // a level of fewer has no coarser one
-// Raised when files of levels change their meaning. Those of volcomp 0.1.0 have no such number, and
-// their scatter ratios are in grids `shown`.
-constexpr std::int32_t kVersion = 2;
-constexpr const char* kVersionKey = "volcomp_levels_version";
-constexpr const char* kOf = "volcomp_levels_of";
-constexpr const char* kTau = "volcomp_tau";
-constexpr const char* kLast = "volcomp_levels_last";
-constexpr const char* kVoxel = "volcomp_levels_voxel";
-constexpr const char* kLow = "volcomp_levels_low";
-constexpr const char* kHigh = "volcomp_levels_high";
-
 // Distances from the camera, world units, in which a level is looked at.
 struct Range {
     int level;
@@ -133,44 +118,6 @@ Vec3d highCorner(const VoxelTree& tree)
     return (tree.bounds().max().asVec3d() + Vec3d(1.0)) * tree.voxelSize();
 }
 
-// The files of levels beside a volume, and what they say of the volume.
-struct Stored {
-    int count = 0; // levels; 0: none, or not all, or of something else
-    double voxel = 0;
-    Vec3d low{0.0}, high{0.0};
-};
-
-// A level beside the volume's own counts if all levels down to the last are there, were made of the
-// file as it is and for this tau, and have the meaning that they have here.
-Stored stored(const fs::path& volume, double tau, const std::string& grid)
-{
-    Stored s;
-    std::error_code code; // a file that cannot be looked at is none
-    std::string of;
-    for (int n = 1; fs::is_regular_file(levelFile(volume, n), code); ++n) {
-        openvdb::MetaMap meta;
-        try {
-            meta = readVolumeMetadata(levelFile(volume, n));
-        } catch (const Error&) { // damaged: as good as missing
-            break;
-        }
-        const auto is = [&](const char* key, const auto& value) {
-            const auto found =
-                meta.getMetadata<openvdb::TypedMetadata<std::decay_t<decltype(value)>>>(key);
-            return found && found->value() == value;
-        };
-        if (of.empty()) of = volumeIdentifier(volume, grid);
-        if (!is(kVersionKey, kVersion) || !is(kOf, of) || !is(kTau, tau)) break;
-        if (!is(kLast, true)) continue;
-        const auto voxel = meta.getMetadata<openvdb::DoubleMetadata>(kVoxel);
-        const auto low = meta.getMetadata<openvdb::Vec3DMetadata>(kLow),
-                   high = meta.getMetadata<openvdb::Vec3DMetadata>(kHigh);
-        if (voxel && low && high) s = {n, voxel->value(), low->value(), high->value()};
-        break;
-    }
-    return s;
-}
-
 } // namespace
 
 std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, const Camera& camera,
@@ -230,65 +177,6 @@ std::vector<VoxelLevel> tileLevels(const std::vector<std::shared_ptr<const Voxel
     for (VoxelLevel& level : all)
         if (level.start < level.end) levels.push_back(std::move(level));
     return levels;
-}
-
-std::vector<VoxelLevel> readVoxelLevels(const fs::path& volume, const Camera& camera,
-                                        const RenderParams& params, const Progress& progress,
-                                        const std::string& grid)
-{
-    const Stored s = params.lod ? stored(volume, params.tau, grid) : Stored();
-    if (s.count == 0)
-        return voxelLevels(std::make_shared<const VoxelTree>(readVoxelTree(volume, progress, grid)),
-                           camera, params);
-    int last = -1;
-    std::shared_ptr<const VoxelTree> tree;
-    return levelsFor(rangesOf(camera.eye, s.low, s.high, s.voxel, camera, params), [&](int level) {
-        level = std::min(level, s.count);
-        if (level == last) return tree;
-        const Progress next = last < 0 ? progress : Progress(); // the finest takes longest by far
-        last = level;
-        return tree = std::make_shared<const VoxelTree>(
-                   level == 0 ? readVoxelTree(volume, next, grid)
-                              : readVoxelTree(levelFile(volume, level), next));
-    });
-}
-
-int storedLevels(const fs::path& volume, double tau, const std::string& grid)
-{
-    return stored(volume, tau, grid).count;
-}
-
-fs::path levelFile(const fs::path& volume, int n)
-{
-    fs::path file = volume;
-    return file.replace_extension(".level" + std::to_string(n) + ".vdb");
-}
-
-void writeVoxelLevels(const fs::path& volume, double tau, const Progress& progress,
-                      const std::string& grid)
-{
-    openvdb::MetaMap meta;
-    meta.insertMeta(kVersionKey, openvdb::Int32Metadata(kVersion));
-    meta.insertMeta(kOf, openvdb::StringMetadata(volumeIdentifier(volume, grid)));
-    meta.insertMeta(kTau, openvdb::DoubleMetadata(tau));
-    Maker maker(std::make_shared<const VoxelTree>(readVoxelTree(
-                    volume, [&](double done) { report(progress, 0.4 * done); }, grid)),
-                tau);
-    const VoxelTree& finest = *maker.tree();
-    meta.insertMeta(kVoxel, openvdb::DoubleMetadata(finest.voxelSize()));
-    meta.insertMeta(kLow, openvdb::Vec3DMetadata(finest.origin() + lowCorner(finest)));
-    meta.insertMeta(kHigh, openvdb::Vec3DMetadata(finest.origin() + highCorner(finest)));
-    double done = 0.4;
-    while (maker.hasNext()) {
-        maker.next();
-        if (maker.tree()->voxelCount() >> 28)
-            throw fileError(volume, "", "less than 2^28 voxels in each level to write",
-                            std::to_string(maker.tree()->voxelCount()),
-                            "Render without files of levels.");
-        meta.insertMeta(kLast, openvdb::BoolMetadata(!maker.hasNext()));
-        writeVolume(levelFile(volume, maker.level()), packedVolume(*maker.tree()), meta);
-        report(progress, done += (1 - done) * 0.7);
-    }
 }
 
 } // namespace volcomp

@@ -1,29 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coarser levels of a volume that a camera needs (MODEL section 8), made from the volume or
-// read from files beside it.
-//
-// Making levels reads every voxel; a camera far away looks at few. So levels can be written once:
-// VOLUME.level1.vdb with voxels of twice the width, VOLUME.level2.vdb of four times the width and
-// so on, down to eight voxels. They are volumes as any other. Their metadata tell which file they
-// were made from:
-//
-//     volcomp_levels_version                    2; files of another number are not read
-//     volcomp_levels_of                         volumeIdentifier() of that file
-//     volcomp_tau                               the extinction for density 1 and length 1 at which
-//                                               they keep the mean transmittance
-//     volcomp_levels_voxel                      width of its voxels, world units
-//     volcomp_levels_low, volcomp_levels_high   corners of its leaves, world space
-//     volcomp_levels_last                       whether this is the coarsest level
-//
-// Before a function that reads or writes is called, the program calls openvdb::initialize() once.
+// The coarser levels of a volume that a camera needs (MODEL section 8).
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "volcomp/base/interval.h"
-#include "volcomp/base/progress.h"
 #include "volcomp/render/render_params.h"
 #include "volcomp/render/tree/voxel_tree.h"
 #include "volcomp/view/camera.h"
@@ -62,25 +44,5 @@ int levelsNeeded(double finest_voxel, double farthest, const Camera& camera,
 /// is false or the volume is empty.
 std::vector<VoxelLevel> voxelLevels(std::shared_ptr<const VoxelTree> finest, const Camera& camera,
                                     const RenderParams& params);
-
-/// The same for a volume file. Reads only these levels, if all of the volume's are stored;
-/// otherwise reads the volume and makes them. `grid` here and below names another grid of the file
-/// as the density (readVolume()). Throws Error as readVolume().
-std::vector<VoxelLevel> readVoxelLevels(const std::filesystem::path& volume, const Camera& camera,
-                                        const RenderParams& params, const Progress& progress = {},
-                                        const std::string& grid = {});
-
-/// How many levels are stored beside a volume, for this file as it is and this tau; 0 if any is
-/// missing, damaged or written by volcomp 0.1.0. Throws Error as readVolume().
-int storedLevels(const std::filesystem::path& volume, double tau, const std::string& grid = {});
-
-/// The file of level n >= 1.
-std::filesystem::path levelFile(const std::filesystem::path& volume, int n);
-
-/// Makes and writes all levels of a volume file. Values are half floats if their range allows it,
-/// as in any volume. Throws Error as readVolume() and writeVolume() do, and if a level has 2^28
-/// voxels or more, as tiles become voxels in these files.
-void writeVoxelLevels(const std::filesystem::path& volume, double tau,
-                      const Progress& progress = {}, const std::string& grid = {});
 
 } // namespace volcomp

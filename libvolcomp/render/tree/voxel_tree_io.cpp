@@ -35,11 +35,16 @@ struct PackedVoxel {
     Half3 direction, colour, scatter_ratio;
 };
 
-// The voxels of a leaf, by part; adds to lists that are empty.
-void addVoxels(const VoxelTree& tree, int leaf, std::vector<std::vector<PackedVoxel>>& by_part)
+using Wanted = std::function<bool(const Coord& voxel)>;
+
+// The voxels of a leaf that are wanted, by part; adds to lists that are empty.
+void addVoxels(const VoxelTree& tree, const Place& place, const Wanted& wanted,
+               std::vector<std::vector<PackedVoxel>>& by_part)
 {
+    const int leaf = place.leaf;
     for (int n = 0; n < kLeafSize; ++n) {
-        if (!(tree.leaf(leaf).mask[n >> 6] >> (n & 63) & 1)) continue;
+        if (!tree.leaf(leaf).holds(n)) continue;
+        if (wanted && !wanted(place.origin + voxelInLeaf(n))) continue;
         const ScatterRatio s = tree.scatterRatio(leaf, n);
         tree.contents(leaf, n, [&](const VoxelContent& c) {
             const Vec3d direction =
@@ -82,7 +87,7 @@ VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progr
     }
 }
 
-PackedVolume packedVolume(const VoxelTree& tree)
+PackedVolume packedVolume(const VoxelTree& tree, const Wanted& wanted)
 {
     PackedVolume volume;
     volume.transform = openvdb::math::Transform::createLinearTransform(tree.voxelSize());
@@ -96,7 +101,7 @@ PackedVolume packedVolume(const VoxelTree& tree)
     }
     std::vector<std::vector<PackedVoxel>> voxels(tree.parts().size());
     for (const Place& place : placesInTreeOrder(tree)) {
-        addVoxels(tree, place.leaf, voxels);
+        addVoxels(tree, place, wanted, voxels);
         for (std::size_t p = 0; p < voxels.size(); ++p) {
             if (!voxels[p].empty()) addBlock(volume.parts[p], place.origin, voxels[p]);
             voxels[p].clear();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "volcomp/base/progress.h"
@@ -20,6 +21,9 @@ VoxelTree readVoxelTree(const std::filesystem::path& file, const Progress& progr
 /// The tree's voxels as they are written to a file: directions, colours and scatter ratios to the
 /// precision of half floats. A tile becomes 512 voxels in each of its places. The tree's axes must
 /// be those of the world.
-PackedVolume packedVolume(const VoxelTree& tree);
+/// Only voxels that are `wanted` are taken, if that is given; of a tree of tiles those that are
+/// there.
+PackedVolume packedVolume(const VoxelTree& tree,
+                          const std::function<bool(const openvdb::Coord& voxel)>& wanted = {});
 
 } // namespace volcomp
