@@ -22,9 +22,9 @@ double groomVoxel(const Scene& scene, const CurvePieces& groom)
         if (footprint > 0) least = std::min(least, footprint);
     });
     if (!(least < kInfinity)) return 0;
-    const auto quartile = radii.begin() + std::ptrdiff_t(radii.size() / 4);
-    std::nth_element(radii.begin(), quartile, radii.end());
-    return std::max(scene.compose.voxel_pixels * least, *quartile); // half a width
+    const auto median = radii.begin() + std::ptrdiff_t(radii.size() / 2);
+    std::nth_element(radii.begin(), median, radii.end());
+    return std::max(scene.compose.voxel_pixels * least, 2 * *median);
 }
 
 } // namespace volcomp

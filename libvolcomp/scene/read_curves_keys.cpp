@@ -71,7 +71,7 @@ GrowthRule readGroom(TableReader& r, const std::string& name, const Known<Materi
         r.vector({"translate", "m", "added to every point, after the scale"}, curves.move);
     rule.voxel = r.number(
         {"voxel", "m",
-         "edge of a voxel; 0: as the picture needs it at the nearest strand in view, but at least half the width of thin strands"},
+         "edge of a voxel; 0: as the picture needs it at the nearest strand in view, but at least as wide as a strand"},
         rule.voxel, kNotNegative);
     rule.variants = r.integer(
         {"pieces", "",

@@ -5,7 +5,7 @@
     make_groom.py DIR
 
 writes
-    DIR/head.obj        head, ears, neck and shoulders
+    DIR/head.obj        head and neck, as of a tailor's dummy
     DIR/hair.hair       strands in Cem Yuksel's format, with a width and a colour for each point
     DIR/hair.hair.json  what that format has no place for: group 0 is the mohawk, 1 the stubble
 Units are metres, +y is up, the face looks along +z, and the origin lies between the ears. The files
@@ -22,7 +22,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from making import random, smoothstep  # noqa: E402
 
 ACROSS, UP = 320, 240          # faces of the head
-STRANDS, POINTS = 9000, 36     # of the mohawk
+STRANDS, POINTS = 16000, 36    # of the mohawk
 STUBBLE, STUBBLE_POINTS = 26000, 5
 CLUMPS = 150
 
@@ -54,6 +54,7 @@ def join(a, b, k):
 
 
 def cut(a, b, k):
+    """What of a is not in b."""
     return -join(-a, b, k)
 
 
@@ -65,16 +66,14 @@ def distance(p):
     d = join(d, ellipsoid(p, (0, -0.090, 0.050), (0.034, 0.026, 0.034)), 0.030)    # chin
     d = join(d, capsule(p, (0.020, 0.017, 0.083), (0.042, 0.012, 0.070), 0.008), 0.016)  # brow
     d = join(d, ellipsoid(p, (0.040, -0.030, 0.060), (0.022, 0.020, 0.022)), 0.022)      # cheek
-    d = cut(d, ellipsoid(p, (0.031, -0.006, 0.098), (0.017, 0.012, 0.018)), 0.014)       # socket
-    d = join(d, ellipsoid(p, (0.031, -0.006, 0.0745), (0.0125, 0.0105, 0.0115)), 0.003)  # eyelid
+    d = cut(d, ellipsoid(p, (0.031, -0.008, 0.096), (0.020, 0.012, 0.016)), 0.022)       # socket
     d = join(d, capsule(p, (0, 0.006, 0.090), (0, -0.034, 0.110), 0.007, 0.010), 0.012)  # nose
     d = join(d, ellipsoid(p, (0.010, -0.038, 0.100), (0.008, 0.007, 0.010)), 0.006)      # its wings
     d = join(d, ellipsoid(p, (0, -0.0625, 0.089), (0.022, 0.0055, 0.012)), 0.006)        # lips
     d = join(d, ellipsoid(p, (0, -0.0725, 0.088), (0.018, 0.0060, 0.012)), 0.005)
-    ear = cut(ellipsoid(p, (0.083, 0.000, -0.012), (0.010, 0.031, 0.019)), ellipsoid(p, (0.096, 0.002, -0.008), (0.010, 0.020, 0.012)), 0.006)
-    d = join(d, ear, 0.008)
-    d = join(d, capsule(p, (0, -0.03, -0.030), (0, -0.20, -0.030), 0.056, 0.062), 0.030)  # neck
-    return join(d, ellipsoid(p, (0, -0.275, -0.035), (0.215, 0.085, 0.095)), 0.070)       # shoulders
+    d = join(d, ellipsoid(p, (0.072, -0.002, -0.012), (0.013, 0.029, 0.018)), 0.016)      # ear
+    d = join(d, capsule(p, (0, -0.03, -0.030), (0, -0.30, -0.045), 0.054, 0.066), 0.030)  # neck
+    return cut(d, p[..., 1] + 0.210, 0.020)
 
 
 def on_surface(directions):
@@ -153,7 +152,7 @@ def mohawk():
     line = line + (radius * np.cos(angle))[..., None] * across[:, None] + (radius * np.sin(angle))[..., None] * other[:, None]
     line += 0.0035 * s * (np.stack([key(k) for k in (15, 16, 17)], -1) - 0.5)[:, None]      # stray ends
     line = line - 0.001 * out[:, None]
-    width = 0.00022 * (1 - 0.75 * s[..., 0] ** 2) * (0.8 + 0.4 * key(18))[:, None]
+    width = 0.00013 * (1 - 0.70 * s[..., 0] ** 2) * (0.8 + 0.4 * key(18))[:, None]
     dark, copper, gold = np.array([0.055, 0.014, 0.008]), np.array([0.50, 0.125, 0.030]), np.array([0.92, 0.52, 0.17])
     f, g = smoothstep(0.02, 0.55, s), smoothstep(0.50, 1.0, s)
     colour = (dark * (1 - f) + copper * f) * (1 - g) + gold * g
@@ -169,7 +168,7 @@ def stubble():
     roots = on_surface(np.stack([flat * np.sin(turn), y, flat * np.cos(turn)], -1))
     x, y, z = roots.T
     hairline = 0.058 - 0.9 * np.maximum(0, 0.062 - z) * (z > -0.01) + 0.10 * np.minimum(0, z + 0.01)
-    scalp = (y > hairline - 0.045 * (z < 0.02) + 0.006 * key(33)) & (z < 0.066 + 0.004 * key(34)) & (y > -0.055 + 0.012 * key(36)) & (np.abs(x) > 0.012)
+    scalp = (y > hairline - 0.045 * (z < 0.02) + 0.006 * key(33)) & (z < 0.066 + 0.004 * key(34)) & (y > np.where(z > -0.062, 0.030, -0.055) + 0.010 * key(36)) & (np.abs(x) > 0.012)
     ear = (np.abs(x) > 0.066) & (y < 0.040) & (z > -0.045)
     roots = roots[scalp & ~ear][:STUBBLE]
     out = normals(roots)
@@ -178,7 +177,7 @@ def stubble():
     s = np.linspace(0, 1, STUBBLE_POINTS)[None, :, None]
     lean = np.array([0, -0.5, -0.6]) + 0.6 * (np.stack([key2(k) for k in (38, 39, 40)], -1) - 0.5)
     line = roots[:, None] + size[:, None, None] * (unit(out + 0.5 * lean)[:, None] * s + 0.35 * lean[:, None] * s ** 2) - 0.0006 * out[:, None]
-    width = 0.00014 * (1 - 0.6 * s[..., 0]) * np.ones(len(roots))[:, None]
+    width = 0.00012 * (1 - 0.6 * s[..., 0]) * np.ones(len(roots))[:, None]
     colour = np.array([0.050, 0.016, 0.009]) * (0.7 + 0.6 * key2(41))[:, None, None] * np.ones((1, STUBBLE_POINTS, 1))
     return line, width, colour
 
