@@ -13,13 +13,12 @@
 
 namespace volcomp {
 
-/// Grows, or cuts from the rule's curves, and bakes variant `variant` (0 ... rule.variants - 1). The
-/// box has one part for each
-/// material that something grew of, and one without voxels if nothing grew. It is as large as what
-/// grows: nothing is cut off. The same for any number of threads and on every machine. OpenVDB must
-/// have been started (openvdb::initialize). Throws Error if the rule or the variant is out of
-/// range, or the rule names an unknown material or would exceed its number of segments, and as
-/// CurvePieces does.
+/// Grows, or cuts from the rule's curves, and bakes variant `variant` (0 ... rule.variants - 1).
+/// The box has one part for each material that something grew of, and one without voxels if nothing
+/// grew. It is as large as what grows: nothing is cut off. The same for any number of threads and
+/// on every machine. OpenVDB must have been started (openvdb::initialize). Throws Error if the rule
+/// or the variant is out of range, or the rule names an unknown material or would exceed its number
+/// of segments, and as CurvePieces does.
 Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int variant,
          const Progress& progress = {});
 

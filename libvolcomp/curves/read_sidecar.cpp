@@ -37,13 +37,15 @@ public:
             m_set.says_up = true;
         }
         forStrands("groups", [&](const json& value) {
-            if (!value.is_number_integer()) throw fail("groups", "whole numbers", value);
+            const double number = value.is_number_integer() ? value.get<double>() : 1e300;
+            if (!(std::abs(number) <= 1e9)) throw fail("groups", "whole numbers up to 1e9", value);
             m_set.groups.push_back(value.get<std::int32_t>());
         });
         forStrands("guides", [&](const json& value) {
             if (!value.is_number_integer() && !value.is_boolean())
                 throw fail("guides", "0 or 1", value);
-            m_set.guides.push_back(value != 0 && value != false ? 1 : 0);
+            m_set.guides.push_back(value.is_boolean() ? value.get<bool>()
+                                                      : value.get<std::int64_t>() != 0);
         });
         forStrands("root_uv", [&](const json& value) {
             if (!value.is_array() || value.size() != 2 || !value[0].is_number()

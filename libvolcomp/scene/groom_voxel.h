@@ -7,10 +7,10 @@
 
 namespace volcomp {
 
-/// Returns the edge of the voxels to bake a groom with, world units: the scene's compose.voxel if it
-/// has one; otherwise compose.voxel_pixels pixels at the nearest point of a strand that may be in
-/// view, but at least the width of the strands (the median of the points): strands that are thicker
-/// than their voxels shade themselves (docs/grooms.md). Returns 0 if nothing is in view.
+/// Returns the edge of the voxels to bake a groom with, world units: the scene's compose.voxel if
+/// it has one; otherwise compose.voxel_pixels pixels at the nearest point of a strand that may be
+/// in view, but at least the width of the strands (the median of the points): strands that are
+/// thicker than their voxels shade themselves (docs/grooms.md). Returns 0 if nothing is in view.
 double groomVoxel(const Scene& scene, const CurvePieces& groom);
 
 } // namespace volcomp

@@ -11,8 +11,9 @@
 
 namespace volcomp {
 
-/// The kinds of box that the scene's layers use, and all grooms, whose pieces are variants, in the order of scene.boxes. compose() takes the
-/// variants of the first kind, then those of the second, and so on.
+/// The kinds of box that the scene's layers use, and all grooms, whose pieces are variants, in the
+/// order of scene.boxes. compose() takes the variants of the first kind, then those of the second,
+/// and so on.
 std::vector<BoxKind> usedBoxes(const Scene& scene);
 
 /// Loads the scene's surfaces and scatters its layers over them; `kinds` of the result are

@@ -41,8 +41,7 @@ GrowthRule readGrowthRule(TableReader& table, const std::string& name,
                           const Known<Material>& materials, std::vector<std::string>& warnings);
 
 /// Reads a [groom.NAME] table: a rule whose variants are the groom's pieces.
-GrowthRule readGroom(TableReader& table, const std::string& name,
-                     const Known<Material>& materials);
+GrowthRule readGroom(TableReader& table, const std::string& name, const Known<Material>& materials);
 
 /// Reads the keys of strands of a file that boxes and grooms have in common, after `curves`.
 void readCurvesKeys(TableReader& table, CurvesSpec& curves);

@@ -44,8 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         file = with_sidecar.write("a.hair", reinterpret_cast<const std::uint8_t*>(hair.data()),
                                   hair.size());
         with_sidecar.write("a.hair.json", data + 1, size - 1);
-    } else
-        file = scratch.write(std::string("curves") + endings[data[0] % 5], data + 1, size - 1);
+    } else file = scratch.write(std::string("curves") + endings[data[0] % 5], data + 1, size - 1);
     volcomp::GrowthRule rule;
     rule.variants = 3;
     rule.curves.emplace().file = file;
