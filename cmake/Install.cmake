@@ -38,6 +38,16 @@ foreach(program ${programs})
     list(APPEND pages ${page})
   endif()
 endforeach()
+set(script ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/volcomp-import)
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/completions/volcomp-import
+  "complete -F _longopt volcomp-import\n")
+if(HELP2MAN)
+  set(page ${CMAKE_CURRENT_BINARY_DIR}/man/volcomp-import.1.gz)
+  set(make_page "\"$0\" --no-info --name \"makes strands of Alembic and USD curves\" \"$1\"")
+  add_custom_command(OUTPUT ${page} VERBATIM DEPENDS ${script}
+    COMMAND sh -c "${make_page} | gzip -9n > \"$2\"" ${HELP2MAN} ${script} ${page})
+  list(APPEND pages ${page})
+endif()
 install(DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/completions/
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT programs)
 if(HELP2MAN)
@@ -73,8 +83,8 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# The scenes' surfaces and maps are made by Python; the font is for the labels on sheets.
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-numpy, fonts-dejavu-core")
+# The scenes' surfaces and maps are made by Python, and volcomp-import has an environment of it; the font is for the labels on sheets.
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-numpy, python3-venv, fonts-dejavu-core")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, bash-completion")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libopenvdb-tools") # volcomp-chart compares with vdb_render
 include(CPack)

@@ -9,6 +9,7 @@
 #include "volcomp/bake/rasterise.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/text.h"
+#include "volcomp/curves/curve_pieces.h"
 
 namespace volcomp {
 namespace {
@@ -62,9 +63,15 @@ Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int var
                                 rule.variants - 1, variant));
     for (const GrowthLevel& level : rule.levels)
         find(materials, level.material.empty() ? rule.material : level.material, rule.name);
-    Skeleton skeleton = grow(rule, variant);
+    return bakeSkeleton(BoxContents(rule).skeleton(variant), rule, materials, variant, rule.voxel,
+                        progress);
+}
+
+Box bakeSkeleton(Skeleton skeleton, const GrowthRule& rule, const std::vector<Material>& materials,
+                 int variant, double voxel, const Progress& progress)
+{
     report(progress, 0.2);
-    const double voxel = rule.voxel > 0 ? rule.voxel : voxelFor(skeleton);
+    if (!(voxel > 0)) voxel = voxelFor(skeleton);
     double segments = 0, finished = 0;
     for (const SkeletonPart& part : skeleton) segments += double(part.segments.size());
 

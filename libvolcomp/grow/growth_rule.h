@@ -7,11 +7,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "volcomp/base/vec.h"
+#include "volcomp/grow/curves_spec.h"
 
 namespace volcomp {
 
@@ -98,6 +100,7 @@ struct GrowthRule {
     double segment_limit =
         1e7; ///< a rule that may grow more segments is refused; at most 2^32 grow
     std::vector<GrowthLevel> levels;
+    std::optional<CurvesSpec> curves; ///< strands of a file; then nothing grows
     /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
     std::string source;
 

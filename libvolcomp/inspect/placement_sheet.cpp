@@ -278,6 +278,7 @@ Image placementSheet(const PlacedScene& scene, const Camera& camera, int width, 
     std::vector<LabelledPanel> panels;
     panels.push_back(placementPanel(scene, screen, width, height));
     for (const PlacedLayer& l : scene.layers) {
+        if (l.surface < 0) continue; // a groom has no maps
         const SecondDensity where(l.layer.where, false), colour(l.layer.colour, true);
         const auto grey = [&](const SurfacePoint& s) {
             return Vec3f(std::clamp(where.value(s.uv, s.position), 0.0f, 1.0f));

@@ -31,7 +31,7 @@ struct PlacedSurface {
 /// A layer of the scene, and what composing looks up for its boxes.
 struct PlacedLayer {
     Layer layer;
-    std::int32_t surface = 0;  ///< index into PlacedScene::surfaces
+    std::int32_t surface = 0;  ///< index into PlacedScene::surfaces; -1 for a groom, which has none
     SecondDensity tint;        ///< colour at each voxel
     bool tints_voxels = false; ///< if false, `tint` is not used: Placement::tint says all
     std::size_t boxes = 0;     ///< number of boxes that were scattered

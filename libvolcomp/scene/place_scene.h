@@ -11,12 +11,14 @@
 
 namespace volcomp {
 
-/// The kinds of box that the scene's layers use, in the order of scene.boxes. compose() takes the
-/// variants of the first kind, then those of the second, and so on.
+/// The kinds of box that the scene's layers use, and all grooms, whose pieces are variants, in the
+/// order of scene.boxes. compose() takes the variants of the first kind, then those of the second,
+/// and so on.
 std::vector<BoxKind> usedBoxes(const Scene& scene);
 
 /// Loads the scene's surfaces and scatters its layers over them; `kinds` of the result are
-/// usedBoxes(). Throws Error as the place() of place/placed_scene.h does.
+/// usedBoxes(). Each groom is a layer without a surface behind the others, and each of its pieces
+/// stands once. Throws Error as the place() of place/placed_scene.h and CurvePieces do.
 PlacedScene place(const Scene& scene, const PlaceOptions& options = {},
                   const Progress& progress = {});
 

@@ -8,14 +8,6 @@
 namespace volcomp {
 namespace {
 
-/// Throws the Error that points at the key if there is no material of that name.
-void requireMaterial(const TableReader& r, const Known<Material>& materials,
-                     const std::string& name)
-{
-    if (materials.find(name)) return;
-    r.require(false, "material", "the name of a material (" + materials.names() + ")");
-}
-
 /// Throws the Error that points at the key if the level stands on none that is there, or has a name
 /// that is taken.
 void requireParent(const TableReader& r, const GrowthRule& rule, const GrowthLevel& l)
@@ -224,6 +216,14 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     p.segment_limit =
         r.number({"segment_limit", "", "a recursion that may grow more segments is refused"},
                  p.segment_limit, kPositive);
+    const std::filesystem::path curves = r.path(
+        {"curves", "",
+         "instead of levels: a file of strands (.hair, .tfx, or lines of a .ply or .obj), which are cut by their roots into as many tufts as there are variants"},
+        "");
+    if (!curves.empty() || r.isDescribing()) {
+        p.curves.emplace().file = curves;
+        readCurvesKeys(r, *p.curves);
+    }
     for (
         TableReader& table : r.tables(
             {"level", "",
@@ -235,7 +235,8 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     r.finish();
     p.source = r.record();
     if (!r.isDescribing()) {
-        r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");
+        r.require(p.levels.empty() == p.curves.has_value(), "level",
+                  "at least one [[box." + name + ".level]], or 'curves' and none");
         r.check([&] { p.validate(); });
     }
     return p;

@@ -40,6 +40,16 @@ Look readLook(TableReader& table);                                  ///< [pictur
 GrowthRule readGrowthRule(TableReader& table, const std::string& name,
                           const Known<Material>& materials, std::vector<std::string>& warnings);
 
+/// Reads a [groom.NAME] table: a rule whose variants are the groom's pieces.
+GrowthRule readGroom(TableReader& table, const std::string& name, const Known<Material>& materials);
+
+/// Reads the keys of strands of a file that boxes and grooms have in common, after `curves`.
+void readCurvesKeys(TableReader& table, CurvesSpec& curves);
+
+/// Throws the Error that points at the key if there is no material of that name.
+void requireMaterial(const TableReader& r, const Known<Material>& materials,
+                     const std::string& name);
+
 /// Reads a [surface.NAME] table. It does not check that the skin's material exists. Appends to
 /// `warnings` what may be a mistake.
 SurfaceSpec readSurface(TableReader& table, const std::string& name,

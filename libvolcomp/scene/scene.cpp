@@ -16,6 +16,7 @@ namespace {
 struct Shared {
     Known<Material> materials;
     Known<GrowthRule> boxes;
+    std::vector<GrowthRule> grooms; ///< the file's own, for nobody else
 };
 
 /// How many materials and boxes all files of a scene may take over from others, each counted once
@@ -56,6 +57,19 @@ Known<GrowthRule> readBoxes(TableReader& r, const std::vector<const Shared*>& in
             if (!own.find(box->name)) boxes.add(box);
     for (const auto& box : own.all()) boxes.add(box);
     return boxes;
+}
+
+/// The file's grooms. They are not shared with files that include this one, as layers are not.
+std::vector<GrowthRule> readGrooms(TableReader& r, const Known<GrowthRule>& boxes,
+                                   const Known<Material>& materials)
+{
+    std::vector<GrowthRule> grooms;
+    for (auto& [name, table] :
+         r.named({"groom", "", "Strands of a file, which stand where the file says"})) {
+        table.require(!boxes.find(name), "curves", "a groom whose name no box has");
+        grooms.push_back(readGroom(table, name, materials));
+    }
+    return grooms;
 }
 
 Known<SurfaceSpec> readSurfaces(TableReader& r, const Known<Material>& materials,
@@ -130,6 +144,7 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     r.paths(kIncludeKey, {}); // openSceneFiles() has followed them
     shared.materials = readMaterials(r, included);
     shared.boxes = readBoxes(r, included, shared.materials, s.warnings);
+    shared.grooms = readGrooms(r, shared.boxes, shared.materials);
     const Known<SurfaceSpec> surfaces = readSurfaces(r, shared.materials, s.warnings);
     s.surfaces = copied(surfaces);
     s.layers = copied(readLayers(r, shared.boxes, surfaces));
@@ -175,6 +190,7 @@ Scene readScene(const std::filesystem::path& file)
     }
     scene.materials = copied(shared.back().materials);
     scene.boxes = copied(shared.back().boxes);
+    for (GrowthRule& groom : shared.back().grooms) scene.boxes.push_back(std::move(groom));
     return scene;
 }
 

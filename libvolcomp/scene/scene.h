@@ -27,7 +27,7 @@ struct Scene {
     /// The scene and the scenes that it includes, each once, its own last.
     std::vector<std::filesystem::path> scene_files;
     std::vector<Material> materials;
-    std::vector<GrowthRule> boxes;
+    std::vector<GrowthRule> boxes; ///< and the scene's own grooms, each behind all boxes
     std::vector<SurfaceSpec> surfaces;
     std::vector<Layer> layers;
     ComposeParams compose;

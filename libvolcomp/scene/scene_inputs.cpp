@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/scene/scene_inputs.h"
 
+#include <system_error>
+
+#include "volcomp/curves/curve_set.h"
+
 namespace volcomp {
 namespace {
 
@@ -35,6 +39,17 @@ std::vector<NamedFile> inputsOf(const Layer& layer)
     return files;
 }
 
+std::vector<NamedFile> inputsOf(const GrowthRule& rule)
+{
+    std::vector<NamedFile> files;
+    if (!rule.curves) return files;
+    add(files, "curves", rule.curves->file);
+    if (std::error_code code; std::filesystem::exists(sidecarOf(rule.curves->file), code))
+        add(files, "curves' sidecar", sidecarOf(rule.curves->file));
+    add(files, "colour_map", rule.curves->colour_map);
+    return files;
+}
+
 std::vector<NamedFile> inputsOf(const Scene& scene)
 {
     std::vector<NamedFile> files;
@@ -43,6 +58,9 @@ std::vector<NamedFile> inputsOf(const Scene& scene)
     const auto addTable = [&](const std::string& table, const std::vector<NamedFile>& inputs) {
         for (const NamedFile& input : inputs) files.push_back({table + input.name, input.file});
     };
+    for (const GrowthRule& rule : scene.boxes)
+        addTable((rule.curves && rule.curves->groom ? "groom." : "box.") + rule.name + ".",
+                 inputsOf(rule));
     for (const SurfaceSpec& s : scene.surfaces) addTable("surface." + s.name + ".", inputsOf(s));
     for (const Layer& l : scene.layers) addTable("layer '" + l.name + "' ", inputsOf(l));
     add(files, "dome.image", scene.render.dome.file);

@@ -79,12 +79,15 @@ Recipe boxRecipe(const Scene& scene, const GrowthRule& rule)
 {
     Recipe recipe;
     recipe.add("bake version", kBakeVersion);
-    const std::string prefix = "box." + rule.name + ".";
+    const bool is_groom = rule.curves && rule.curves->groom;
+    const std::string prefix = (is_groom ? "groom." : "box.") + rule.name + ".";
     Recipe all;
     all.addLines(prefix, rule.source);
-    for (const auto& [name, value] : all.entries())
-        if (name != prefix + "variants") recipe.add(name, value);
+    for (const auto& [name, value] : all.entries()) // curves are cut into the variants
+        if (rule.curves || name != prefix + "variants") recipe.add(name, value);
+    addInputs(recipe, prefix, inputsOf(rule));
     std::set<std::string> materials;
+    if (rule.curves) materials.insert(rule.material);
     for (const GrowthLevel& level : rule.levels)
         materials.insert(level.material.empty() ? rule.material : level.material);
     for (const Material& m : scene.materials)

@@ -11,7 +11,9 @@
 #include "tools/shared/tool.h"
 #include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
+#include "volcomp/curves/curve_pieces.h"
 #include "volcomp/inspect/box_sheet.h"
+#include "volcomp/scene/groom_voxel.h"
 #include "volcomp/scene/scene.h"
 #include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
@@ -47,6 +49,13 @@ void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<Grow
         for (int variant = 0; variant < rule.variants; ++variant)
             outputs.push_back({"-o", boxFile(directory, rule.name, variant)});
     tool.requireFiles(inputsOf(scene), outputs);
+}
+
+/// The voxel to bake a rule with; 0: as voxelFor() chooses for each variant.
+double voxelOf(const Scene& scene, const GrowthRule& rule, const BoxContents& contents)
+{
+    const bool is_groom = rule.curves && rule.curves->groom;
+    return rule.voxel > 0 || !is_groom ? rule.voxel : groomVoxel(scene, *contents.curves());
 }
 
 } // namespace
@@ -91,10 +100,12 @@ int main(int argc, char** argv)
             openvdb::MetaMap recipe;
             recipe.insertMeta(kRecipe, openvdb::StringMetadata(boxRecipe(scene, rule).text()));
             tool.stage("bake " + rule.name, [&](const Progress& progress) {
+                const BoxContents contents(rule);
+                const double edge = voxelOf(scene, rule, contents);
                 for (int variant = 0; variant < rule.variants; ++variant) {
-                    const Box box = bake(rule, scene.materials, variant, [&](double f) {
-                        report(progress, (variant + f) / rule.variants);
-                    });
+                    const Box box = bakeSkeleton(
+                        contents.skeleton(variant), rule, scene.materials, variant, edge,
+                        [&](double f) { report(progress, (variant + f) / rule.variants); });
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();

@@ -192,14 +192,14 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
 }
 
 /// Throws Error if the scene would compose another volume, unless that is allowed. A scene without
-/// surfaces and layers, which shows any volume, and a volume without a recipe pass. Returns the
-/// hash of the volume's recipe; empty if it has none. Takes the surfaces that were left out of the
-/// volume out of the scene.
+/// surfaces, layers and grooms, which shows any volume, and a volume without a recipe pass. Returns
+/// the hash of the volume's recipe; empty if it has none. Takes the surfaces that were left out of
+/// the volume out of the scene.
 std::string checkedRecipe(const Tool& tool, Scene& scene, const fs::path& volume, Stale stale)
 {
     const Recipe made = recipeOf(readVolumeMetadata(volume));
     if (made.empty()) return "";
-    if (scene.surfaces.empty() && scene.layers.empty()) return made.hash();
+    if (scene.surfaces.empty() && wantedBoxes(scene).empty()) return made.hash();
     for (const auto& [name, value] : made.entries())
         if (name == std::string(kOption) + "leave-out")
             static_cast<void>(removeSurface(scene, value)); // one that is gone is no difference

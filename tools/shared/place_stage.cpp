@@ -27,7 +27,8 @@ void reportPlaced(Tool& tool, const Scene& scene, const PlacedScene& placed)
                                           {"parts", r.parts}};
     }
     for (const PlacedLayer& l : placed.layers) {
-        tool.say(fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes));
+        tool.say(l.surface < 0 ? fmt::format("groom '{}': {} pieces", l.layer.name, l.boxes)
+                               : fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes));
         tool.stats["layers"].push_back({{"name", l.layer.name}, {"placements", l.boxes}});
     }
     for (const std::string& warning : placed.warnings) tool.warn(warning);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "volcomp/base/error.h"
+#include "volcomp/curves/curve_pieces.h"
 #include "volcomp/scene/place_scene.h"
 
 namespace volcomp {
@@ -45,8 +46,9 @@ ExactScene makeExactScene(Scene scene, const Progress& progress)
         const auto rule =
             std::find_if(scene.boxes.begin(), scene.boxes.end(),
                          [&](const GrowthRule& r) { return r.name == kinds[k].name; });
+        const BoxContents contents(*rule);
         for (int variant = 0; variant < kinds[k].variants; ++variant)
-            exact.boxes.push_back(grow(*rule, variant));
+            exact.boxes.push_back(contents.skeleton(variant));
         report(progress, 0.5 * double(k + 1) / double(kinds.size()));
     }
     exact.placed = place(scene, {}, [&](double f) { report(progress, 0.5 + 0.5 * f); });
