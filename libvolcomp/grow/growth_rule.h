@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "volcomp/base/vec.h"
+#include "volcomp/grow/mesh_box.h"
 
 namespace volcomp {
 
@@ -98,6 +99,7 @@ struct GrowthRule {
     double segment_limit =
         1e7; ///< a rule that may grow more segments is refused; at most 2^32 grow
     std::vector<GrowthLevel> levels;
+    MeshBox mesh; ///< instead of levels, if it names a file
     /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
     std::string source;
 

@@ -216,7 +216,7 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     requireMaterial(r, materials, p.material);
     p.variants =
         r.integer({"variants", "", "boxes baked, which differ by their random numbers only"},
-                  p.variants, {1, 1000});
+                  r.has("mesh") ? 1 : p.variants, {1, r.has("mesh") ? 1.0 : 1000.0});
     p.seed = r.seed({"seed", "", "of the random numbers"}, p.seed);
     p.voxel =
         r.number({"voxel", "m", "edge of a voxel; 0: from the thinnest feature worth showing"},
@@ -224,6 +224,7 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     p.segment_limit =
         r.number({"segment_limit", "", "a recursion that may grow more segments is refused"},
                  p.segment_limit, kPositive);
+    readMeshBox(r, p, materials);
     for (
         TableReader& table : r.tables(
             {"level", "",
@@ -235,7 +236,9 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     r.finish();
     p.source = r.record();
     if (!r.isDescribing()) {
-        r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");
+        if (p.mesh.file.empty())
+            r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");
+        else r.require(p.levels.empty(), "level", "either levels or a mesh");
         r.check([&] { p.validate(); });
     }
     return p;

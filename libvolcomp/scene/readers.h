@@ -40,6 +40,10 @@ Look readLook(TableReader& table);                                  ///< [pictur
 GrowthRule readGrowthRule(TableReader& table, const std::string& name,
                           const Known<Material>& materials, std::vector<std::string>& warnings);
 
+/// Reads the keys of a [box.NAME] table that name a mesh, and its tables mesh_material, into
+/// rule.mesh. `rule.material` is that of triangles that none of them means.
+void readMeshBox(TableReader& table, GrowthRule& rule, const Known<Material>& materials);
+
 /// Reads a [surface.NAME] table. It does not check that the skin's material exists. Appends to
 /// `warnings` what may be a mistake.
 SurfaceSpec readSurface(TableReader& table, const std::string& name,

@@ -35,6 +35,17 @@ std::vector<NamedFile> inputsOf(const Layer& layer)
     return files;
 }
 
+std::vector<NamedFile> inputsOf(const GrowthRule& box)
+{
+    std::vector<NamedFile> files;
+    add(files, "mesh", box.mesh.file);
+    for (const MeshMatch& m : box.mesh.materials) {
+        add(files, "texture", m.texture);
+        add(files, "alpha", m.alpha);
+    }
+    return files;
+}
+
 std::vector<NamedFile> inputsOf(const Scene& scene)
 {
     std::vector<NamedFile> files;
@@ -43,6 +54,7 @@ std::vector<NamedFile> inputsOf(const Scene& scene)
     const auto addTable = [&](const std::string& table, const std::vector<NamedFile>& inputs) {
         for (const NamedFile& input : inputs) files.push_back({table + input.name, input.file});
     };
+    for (const GrowthRule& b : scene.boxes) addTable("box." + b.name + ".", inputsOf(b));
     for (const SurfaceSpec& s : scene.surfaces) addTable("surface." + s.name + ".", inputsOf(s));
     for (const Layer& l : scene.layers) addTable("layer '" + l.name + "' ", inputsOf(l));
     add(files, "dome.image", scene.render.dome.file);

@@ -14,6 +14,7 @@ namespace volcomp {
 /// The files of one table, each under its key, such as "mesh"; a key may stand more than once.
 std::vector<NamedFile> inputsOf(const SurfaceSpec& surface);
 std::vector<NamedFile> inputsOf(const Layer& layer);
+std::vector<NamedFile> inputsOf(const GrowthRule& box);
 
 /// All files that the scene reads, each under its table and key or as "the scene" and "an included
 /// scene". They need not exist.

@@ -87,6 +87,9 @@ Recipe boxRecipe(const Scene& scene, const GrowthRule& rule)
     std::set<std::string> materials;
     for (const GrowthLevel& level : rule.levels)
         materials.insert(level.material.empty() ? rule.material : level.material);
+    addInputs(recipe, prefix, inputsOf(rule));
+    if (!rule.mesh.file.empty()) materials.insert(rule.material);
+    for (const MeshMatch& match : rule.mesh.materials) materials.insert(match.material);
     for (const Material& m : scene.materials)
         if (materials.count(m.name))
             recipe.add("material." + m.name + ".kind",

@@ -95,6 +95,7 @@ int main(int argc, char** argv)
                     const Box box = bake(rule, scene.materials, variant, [&](double f) {
                         report(progress, (variant + f) / rule.variants);
                     });
+                    for (const std::string& warning : box.volume.warnings) tool.warn(warning);
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();
