@@ -37,19 +37,50 @@ double between(const std::pair<double, double>& span, double fraction)
     return span.first + (span.second - span.first) * fraction;
 }
 
+/// The number below which the standard normal distribution has the part `f`, 0 < f < 1.
+double normalQuantile(double f)
+{
+    double low = -10, high = 10;
+    for (int i = 0; i < 48; ++i) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / std::sqrt(2.0)) < f ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/// The scale that has the part `f` of all scales below it.
+double scaleAt(const Layer& layer, double f)
+{
+    const auto [low, high] = layer.scale;
+    if (layer.sizes == SizeDistribution::normal) {
+        const double cut = 0.5 * std::erfc(std::sqrt(2.0)); // below two standard deviations
+        const double x = normalQuantile(cut + f * (1 - 2 * cut));
+        return std::clamp(0.5 * (low + high) + 0.25 * (high - low) * x, low, high);
+    }
+    if (layer.sizes == SizeDistribution::power && low < high) {
+        const double e = layer.size_power + 1;
+        if (std::abs(e) < 1e-9) return low * std::pow(high / low, f);
+        // Relative to `low`, so that no power overflows.
+        return std::clamp(low * std::pow(1 + f * (std::pow(high / low, e) - 1), 1 / e), low, high);
+    }
+    return between(layer.scale, f);
+}
+
 /// Everything that a layer looks up, loaded once.
 struct Maps {
-    SecondDensity where, size, colour;
+    SecondDensity where, size, colour, tilt, comb_angle;
     std::optional<Texture> comb;
 
     explicit Maps(const Layer& layer)
-        : where(layer.where, false), size(layer.size, false), colour(layer.colour, true)
+        : where(layer.where, false), size(layer.size, false), colour(layer.colour, true),
+          tilt(layer.tilt_map, false), comb_angle(layer.comb_angle_map, false)
     {
         if (!layer.comb_map.empty()) comb = readTexture(layer.comb_map, false);
     }
     bool useUv() const
     {
-        return where.usesUv() || size.usesUv() || colour.usesUv() || comb.has_value();
+        return where.usesUv() || size.usesUv() || colour.usesUv() || tilt.usesUv()
+            || comb_angle.usesUv() || comb.has_value();
     }
 };
 
@@ -172,7 +203,11 @@ private:
             if (const double length = along.length();
                 length > (m_maps.comb ? kNoDirection : 1e-6)) {
                 along /= length;
-                const double c = std::cos(m_layer.comb_angle), sine = std::sin(m_layer.comb_angle);
+                const double angle = m_layer.comb_angle
+                    * (m_layer.comb_angle_map.empty()
+                           ? 1.0
+                           : double(m_maps.comb_angle.value(s.uv, s.position)));
+                const double c = std::cos(angle), sine = std::sin(angle);
                 return {along * c - axis * sine, axis * c + along * sine};
             }
         }
@@ -180,10 +215,11 @@ private:
     }
 
     /// Leans the axis by a random angle to a random side. `tilt` and `side` are uniform in [0, 1).
-    Frame tilted(const Frame& frame, double tilt, double side) const
+    Frame tilted(const Frame& frame, const SurfacePoint& s, double tilt, double side) const
     {
         const auto& [x, y] = frame;
-        const double angle = between(m_layer.tilt, tilt);
+        double angle = between(m_layer.tilt, tilt);
+        if (!m_layer.tilt_map.empty()) angle *= double(m_maps.tilt.value(s.uv, s.position));
         const Vec3d sideways = x * std::cos(2 * kPi * side) + y.cross(x) * std::sin(2 * kPi * side);
         const Vec3d leaned = y * std::cos(angle) + sideways * std::sin(angle);
         // The smallest rotation from y to the leaned axis takes x along.
@@ -193,6 +229,14 @@ private:
         return {turned, leaned};
     }
 
+    /// What the masks by slope and height leave of a chance.
+    double masked(const SurfacePoint& s) const
+    {
+        const double height = m_layer.height.at(s.position[1]);
+        if (height == 0) return 0;
+        return height * m_layer.slope.at(std::acos(std::clamp(s.normal[1], -1.0, 1.0)));
+    }
+
     void place(const SurfacePoint& s, Random& random, PlacementList& out) const
     {
         // Every number is drawn whether it is used or not, so that one decision does not move the
@@ -200,12 +244,12 @@ private:
         const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(),
                      turn = random.uniform(), tilt = random.uniform(), side = random.uniform();
         const double where = std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0);
-        if (!(keep < m_samples.chance * where)) return;
-        const double scale = between(m_layer.scale, size) * m_maps.size.value(s.uv, s.position);
+        if (!(keep < m_samples.chance * where * masked(s))) return;
+        const double scale = scaleAt(m_layer, size) * m_maps.size.value(s.uv, s.position);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
         Frame frame = standingFrame(s);
-        if (m_layer.tilt.second > 0) frame = tilted(frame, tilt, side);
+        if (m_layer.tilt.second > 0) frame = tilted(frame, s, tilt, side);
         const auto& [x, y] = frame;
         const double angle = between(m_layer.turn, turn);
         const Vec3d turned = x * std::cos(angle) + y.cross(x) * std::sin(angle);

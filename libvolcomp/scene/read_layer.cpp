@@ -32,10 +32,61 @@ void readLayerMaps(TableReader& r, Layer& l)
                        false);
     l.size = readMaps(r, "size_map", "Multiplies the size; factors multiply", false);
     l.colour = readMaps(r, "colour", "Multiplies the box's colour; factors multiply", true);
+    l.tilt_map = readMaps(r, "tilt_map", "Multiplies tilt_degrees; factors multiply", false);
+    l.comb_angle_map =
+        readMaps(r, "comb_degrees_map", "Multiplies comb_degrees; factors multiply", false);
     l.tint = r.choice<TintAt>(
         {"tint", "",
          "the colour is looked up once at the box's root, or at every voxel, so that a border cuts through it"},
         l.tint, {{"root", TintAt::root}, {"voxel", TintAt::voxel}});
+}
+
+/// The key `name` and what it fades over, `name`_fade without the unit; in the file's unit.
+Mask readMask(TableReader& r, const Key& key, const Key& fade, Interval range)
+{
+    Mask mask;
+    const auto span = r.span(key, std::pair(range.low, range.high), range);
+    mask.fade = r.number(fade, 0, kNotNegative);
+    if (r.has(key.name)) mask.low = span.first, mask.high = span.second;
+    return mask;
+}
+
+void readAvoid(TableReader& r, Layer& l)
+{
+    for (TableReader& t :
+         r.tables({"avoid", "", "Something that this layer's roots keep away from"})) {
+        Avoid avoid;
+        avoid.layer = t.text({"layer", "", "name of a layer above: its roots"}, "");
+        avoid.surface = t.text({"surface", "", "or name of a surface, not the layer's own"}, "");
+        avoid.distance =
+            t.number({"distance", "m", "of roots, at least"}, avoid.distance, kNotNegative);
+        t.require(avoid.layer.empty() != avoid.surface.empty(), "layer",
+                  "either a layer or a surface");
+        t.finish();
+        if (!t.isDescribing()) l.avoid.push_back(std::move(avoid));
+    }
+}
+
+/// Where boxes do not stand.
+void readRoom(TableReader& r, Layer& l)
+{
+    l.spacing = r.number(
+        {"spacing", "m",
+         "least distance of two roots; of two sizes, or of two layers that have a spacing, the mean of spacing times size. Samples stay, in their order, where there is room: a full cover needs a density of about 10 / spacing^2. 0: any distance"},
+        l.spacing, kNotNegative);
+    readAvoid(r, l);
+    const Interval slopes{0, 180};
+    l.slope = readMask(r,
+                       {"slope_degrees", "degrees",
+                        "[least, most] slope of the surface where boxes stand: 0 level, 90 a wall"},
+                       {"slope_fade_degrees", "degrees",
+                        "beyond 'slope_degrees' the chance of a box goes to 0 over so much"},
+                       slopes);
+    for (double* angle : {&l.slope.low, &l.slope.high, &l.slope.fade}) *angle *= kDegree;
+    l.height =
+        readMask(r, {"height", "m", "[least, most] height (world Y) where boxes stand"},
+                 {"height_fade", "m", "beyond 'height' the chance of a box goes to 0 over so much"},
+                 {-1e6, 1e6});
 }
 
 /// What is drawn at random for each box.
@@ -43,6 +94,15 @@ void readSpans(TableReader& r, Layer& l)
 {
     l.scale = r.span({"size", "", "[smallest, largest] scale of a box, drawn evenly"}, l.scale,
                      {1e-6, 1e6});
+    l.sizes = r.choice<SizeDistribution>(
+        {"size_distribution", "",
+         "of 'size': even; normal, with its mean in the middle and a standard deviation of a quarter of the span; power, whose density goes with size^size_power"},
+        l.sizes,
+        {{"even", SizeDistribution::even},
+         {"normal", SizeDistribution::normal},
+         {"power", SizeDistribution::power}});
+    l.size_power = r.number({"size_power", "", "for size_distribution = \"power\""}, l.size_power,
+                            {-100, 100});
     const auto turn =
         r.span({"turn_degrees", "degrees",
                 "random turn about the box's axis; 0: the box's +X faces the comb direction"},
@@ -84,6 +144,7 @@ Layer readLayer(TableReader& r, int index)
     l.seed = r.seed({"seed", "", "of the random numbers"}, l.seed);
     readSampling(r, l);
     readLayerMaps(r, l);
+    readRoom(r, l);
     readSpans(r, l);
     readComb(r, l);
     l.upright = r.number(

@@ -31,6 +31,8 @@ std::vector<NamedFile> inputsOf(const Layer& layer)
     addMaps(files, "where", layer.where);
     addMaps(files, "size_map", layer.size);
     addMaps(files, "colour", layer.colour);
+    addMaps(files, "tilt_map", layer.tilt_map);
+    addMaps(files, "comb_degrees_map", layer.comb_angle_map);
     add(files, "comb_map", layer.comb_map);
     return files;
 }

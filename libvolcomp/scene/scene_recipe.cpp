@@ -56,7 +56,11 @@ void addSurface(Recipe& recipe, const Scene& scene, const SurfaceSpec& s)
 {
     const bool carries = std::any_of(scene.layers.begin(), scene.layers.end(),
                                      [&](const Layer& l) { return l.surface == s.name; });
-    if (carries || hasSkin(s, SkinAs::voxels)) addShape(recipe, s);
+    const bool avoided = std::any_of(scene.layers.begin(), scene.layers.end(), [&](const Layer& l) {
+        return std::any_of(l.avoid.begin(), l.avoid.end(),
+                           [&](const Avoid& a) { return a.surface == s.name; });
+    });
+    if (carries || avoided || hasSkin(s, SkinAs::voxels)) addShape(recipe, s);
     if (hasSkin(s, SkinAs::voxels)) addSkin(recipe, s);
 }
 
