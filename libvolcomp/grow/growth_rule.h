@@ -100,6 +100,8 @@ struct GrowthRule {
         1e7; ///< a rule that may grow more segments is refused; at most 2^32 grow
     std::vector<GrowthLevel> levels;
     MeshBox mesh; ///< instead of levels, if it names a file
+    /// Instead of both: volumes of another program, one for each variant. They are not baked.
+    std::vector<std::filesystem::path> files;
     /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
     std::string source;
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "volcomp/place/point_table.h"
 #include "volcomp/surface/second_density.h"
 #include "volcomp/base/vec.h"
 
@@ -82,6 +83,13 @@ struct Layer {
     Mask height; ///< of the place, along +Y, world units
     SizeDistribution sizes = SizeDistribution::even;
     double size_power = -2; ///< for SizeDistribution::power
+
+    /// Instead of samples: places in a file (point_table.h), and places that are given. `density`
+    /// is not used then, and `scale` and `colour` multiply what they say.
+    std::filesystem::path points;
+    std::vector<GivenPlace> places;
+
+    bool hasPlaces() const { return !points.empty() || !places.empty(); }
 
     // Spans [low, high] of numbers that are drawn evenly for each box. Angles in radians.
     std::pair<double, double> scale{1, 1};

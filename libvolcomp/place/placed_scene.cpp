@@ -112,10 +112,12 @@ void warnOfFewBoxes(const PlacedLayer& l, const PlacedSurface& s,
 {
     const double wanted = l.layer.density * s.surface.area();
     const bool by_area = l.layer.sampling == Sampling::area;
-    const bool few = by_area && l.layer.density > 0 && wanted < 1 - 1e-9;
+    const bool few = !l.layer.hasPlaces() && by_area && l.layer.density > 0 && wanted < 1 - 1e-9;
     if (l.boxes > 0 && !few) return;
     const std::string found = fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes);
-    if (l.layer.density == 0) warnings.push_back(found + ", as its density is 0.");
+    if (l.layer.hasPlaces())
+        warnings.push_back(found + ", as its points are of other boxes, or its masks leave none.");
+    else if (l.layer.density == 0) warnings.push_back(found + ", as its density is 0.");
     else if (few)
         warnings.push_back(fmt::format(
             "{}: a density of {:g} on the {:.4g} m^2 of surface '{}' asks for {:.4g}, and chance "

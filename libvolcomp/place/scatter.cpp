@@ -128,6 +128,18 @@ public:
           // The stream follows the layer's name, so that a layer put before it changes nothing.
           m_key(hashKey(layer.seed, fnv1a(layer.name)))
     {
+        if (layer.hasPlaces()) m_samples.chance = 1;
+    }
+
+    /// A place that is given. Its random numbers are those of a sample of that index.
+    void given(std::uint64_t index, const GivenPlace& place_given, PlacementList& out) const
+    {
+        Random random(hashKey(m_key, index));
+        random.uniform(); // where a sample would stand
+        SurfacePoint s = m_surface.nearest(place_given.position);
+        s.position = place_given.position;
+        if (place_given.normal) s.normal = *place_given.normal;
+        place(s, random, out, &place_given);
     }
 
     void sample(std::uint64_t index, PlacementList& out) const
@@ -237,7 +249,8 @@ private:
         return height * m_layer.slope.at(std::acos(std::clamp(s.normal[1], -1.0, 1.0)));
     }
 
-    void place(const SurfacePoint& s, Random& random, PlacementList& out) const
+    void place(const SurfacePoint& s, Random& random, PlacementList& out,
+               const GivenPlace* given = nullptr) const
     {
         // Every number is drawn whether it is used or not, so that one decision does not move the
         // next.
@@ -245,13 +258,15 @@ private:
                      turn = random.uniform(), tilt = random.uniform(), side = random.uniform();
         const double where = std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0);
         if (!(keep < m_samples.chance * where * masked(s))) return;
-        const double scale = scaleAt(m_layer, size) * m_maps.size.value(s.uv, s.position);
+        const double scale = scaleAt(m_layer, size) * m_maps.size.value(s.uv, s.position)
+            * (given ? given->scale : 1.0);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
         Frame frame = standingFrame(s);
         if (m_layer.tilt.second > 0) frame = tilted(frame, s, tilt, side);
+        double angle = between(m_layer.turn, turn);
+        if (given && given->axes) frame = {given->axes->first, given->axes->second}, angle = 0;
         const auto& [x, y] = frame;
-        const double angle = between(m_layer.turn, turn);
         const Vec3d turned = x * std::cos(angle) + y.cross(x) * std::sin(angle);
 
         Placement p;
@@ -261,9 +276,13 @@ private:
         p.position = s.position + s.normal * m_layer.offset;
         p.scale = static_cast<float>(scale);
         if (m_layer.tint == TintAt::root) p.tint = m_maps.colour.colour(s.uv, s.position);
+        if (given) p.tint *= given->tint;
         p.box = static_cast<std::uint16_t>(
             m_boxes.first
-            + std::min(m_boxes.count - 1, static_cast<std::int32_t>(variant * m_boxes.count)));
+            + (given && given->variant >= 0
+                   ? given->variant
+                   : std::min(m_boxes.count - 1,
+                              static_cast<std::int32_t>(variant * m_boxes.count))));
         p.layer = static_cast<std::uint16_t>(m_index);
         out.placements.push_back(p);
         if (m_kept.triangles) out.triangles.push_back(s.triangle);
@@ -310,6 +329,36 @@ void checkCount(const Surface& surface, const Layer& layer, const Squares& squar
             layer.sampling == Sampling::uv ? "'density' or 'cells'" : "'density'", layer.surface));
 }
 
+/// The places that are given for a layer; none if it is sampled. Throws Error if a place asks for a
+/// variant that there is not.
+std::vector<GivenPlace> placesOf(const Layer& layer, const LayerBoxes& boxes)
+{
+    std::vector<GivenPlace> places;
+    if (!layer.points.empty()) places = readPlaces(layer.points);
+    std::size_t kept = 0;
+    for (GivenPlace& p : places) {
+        if (!p.box.empty()) { // a list of several kinds
+            const std::size_t bar = p.box.rfind('_');
+            if (p.box.substr(0, bar) != layer.box) continue;
+            int number = 0;
+            for (std::size_t k = bar + 1; k < p.box.size() && number < 100'000; ++k)
+                number = p.box[k] >= '0' && p.box[k] <= '9' ? 10 * number + (p.box[k] - '0') : 0;
+            p.variant = number - 1;
+        }
+        if (&places[kept] != &p) places[kept] = std::move(p);
+        ++kept;
+    }
+    places.resize(kept);
+    places.insert(places.end(), layer.places.begin(), layer.places.end());
+    for (const GivenPlace& p : places)
+        if (p.variant >= boxes.count)
+            throw fileError(
+                layer.points, "layer '" + layer.name + "'",
+                fmt::format("variants from 1 to {}, as the box '{}' has", boxes.count, layer.box),
+                std::to_string(p.variant + 1));
+    return places;
+}
+
 } // namespace
 
 void checkSamples(const Surface& surface, const Layer& layer)
@@ -326,7 +375,10 @@ void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes
     if (layer.density > 0) checkCount(surface, layer, squares);
     const Maps maps(layer);
     check(surface, layer, boxes, layer_index, maps);
-    const auto count = static_cast<std::uint64_t>(countSamples(surface, layer, squares).total);
+    const std::vector<GivenPlace> places = placesOf(layer, boxes);
+    const std::uint64_t count = layer.hasPlaces()
+        ? places.size()
+        : static_cast<std::uint64_t>(countSamples(surface, layer, squares).total);
     const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
     const Placer placer(surface, layer, boxes, layer_index, kept, maps, squares);
     SharedProgress done(progress, chunks);
@@ -335,7 +387,8 @@ void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes
         tbb::parallel_for(std::uint64_t(0), std::uint64_t(pieces.size()), [&](std::uint64_t piece) {
             const std::uint64_t begin = (first + piece) * kChunk;
             for (std::uint64_t i = begin; i < std::min(count, begin + kChunk); ++i)
-                placer.sample(i, pieces[piece]);
+                if (layer.hasPlaces()) placer.given(i, places[i], pieces[piece]);
+                else placer.sample(i, pieces[piece]);
             done.add();
         });
         for (PlacementList& piece : pieces) out.append(std::move(piece));

@@ -224,6 +224,11 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     p.segment_limit =
         r.number({"segment_limit", "", "a recursion that may grow more segments is refused"},
                  p.segment_limit, kPositive);
+    p.files = r.paths(
+        {"files", "",
+         "instead of levels: VDB files with a fog volume `density` each, one for each variant; metres, root at the origin, +Y up. They are taken as they are, and not baked"},
+        {});
+    if (!p.files.empty()) p.variants = int(std::min<std::size_t>(p.files.size(), 1000));
     readMeshBox(r, p, materials);
     for (
         TableReader& table : r.tables(
@@ -236,7 +241,10 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     r.finish();
     p.source = r.record();
     if (!r.isDescribing()) {
-        if (p.mesh.file.empty())
+        if (!p.files.empty())
+            r.require(p.levels.empty() && p.mesh.file.empty() && p.files.size() <= 1000, "files",
+                      "at most 1000 files and neither levels nor a mesh");
+        else if (p.mesh.file.empty())
             r.require(!p.levels.empty(), "level", "at least one [[box." + name + ".level]]");
         else r.require(p.levels.empty(), "level", "either levels or a mesh");
         r.check([&] { p.validate(); });

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/scene/readers.h"
 
+#include <optional>
+
 namespace volcomp {
 
 namespace {
@@ -11,10 +13,14 @@ void readSampling(TableReader& r, Layer& l)
         {"sampling", "",
          "samples spread evenly on the surface (area) or in the map (uv); both stratified"},
         l.sampling, {{"area", Sampling::area}, {"uv", Sampling::uv}});
-    l.density =
-        r.number({"density", "1/m^2",
-                  "boxes where the second density is 1: per square metre (area) or per cell (uv)"},
-                 std::nullopt, {0, 1e12});
+    l.points = r.path(
+        {"points", "",
+         "instead of samples: a PLY, CSV or JSON file of places in world space. x y z, and if they are there nx ny nz (the axis), qx qy qz qw (the rotation), scale, variant (from 1), red green blue (linear; multiply the colour), box; JSON as compose --placements writes it. 'size', 'where', masks, spacing and, without a rotation, the angles count on top"},
+        "");
+    l.density = r.number(
+        {"density", "1/m^2",
+         "boxes where the second density is 1: per square metre (area) or per cell (uv); without 'points' it must be given"},
+        l.points.empty() && !r.isDescribing() ? std::nullopt : std::optional(0.0), {0, 1e12});
     const auto cells = r.integers(
         {"cells", "",
          "[across, up]: cells of the map, for sampling = \"uv\": of every unit square of (u,v) that the surface reaches"},
@@ -133,6 +139,30 @@ void readComb(TableReader& r, Layer& l)
 }
 
 } // namespace
+
+Layer readPlace(TableReader& r, int index)
+{
+    Layer l;
+    l.name = r.name({"name", "", "for messages and lists"}, "place" + std::to_string(index + 1));
+    l.box = r.text({"box", "", "name of the box kind"}, std::nullopt);
+    l.surface = r.text(
+        {"surface", "", "name of the surface that it belongs to; empty if the scene has only one"},
+        "");
+    GivenPlace p;
+    p.variant = r.integer({"variant", "", "which of the box's variants, from 1"}, 1, {1, 1000}) - 1;
+    p.position = r.vector({"position", "m", "of the box's root in the world"}, std::nullopt);
+    p.normal = r.direction({"up", "", "direction of the box's axis"}, Vec3d(0, 1, 0));
+    const double turn = kDegree
+        * r.number({"turn_degrees", "degrees", "about the axis; 0: +X stays +X, upright"}, 0, kAny);
+    l.turn = {turn, turn};
+    p.scale = r.number({"size", "", "scale of the box"}, 1, {1e-6, 1e6});
+    p.tint = Vec3f(r.colour({"colour", "linear RGB", "multiplies the box's colour"}, Vec3d(1.0)));
+    r.finish();
+    l.source = r.record();
+    l.places = {p};
+    r.check([&] { l.validate(); });
+    return l;
+}
 
 Layer readLayer(TableReader& r, int index)
 {

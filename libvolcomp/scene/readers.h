@@ -53,6 +53,8 @@ SurfaceSpec readSurface(TableReader& table, const std::string& name,
 /// table gives no name, the name is the word and the number from 1.
 Layer readLayer(TableReader& table, int index);
 Light readLight(TableReader& table, int index);
+/// Reads a [[place]] table, as a layer of one place.
+Layer readPlace(TableReader& table, int index);
 
 /// Reads the array of tables `name` inside `table`; returns no factors if it is absent. If `colour`
 /// is true, the constant is a colour, otherwise a number.

@@ -96,6 +96,18 @@ Known<Layer> readLayers(TableReader& r, const Known<GrowthRule>& boxes,
         }
         table.require(layers.add(std::move(layer)), "name", "a name that no other layer has");
     }
+    index = 0;
+    for (auto& table : r.tables({"place", "", "One box at exactly this place"})) {
+        Layer layer = readPlace(table, index++);
+        if (layer.surface.empty() && surfaces.all().size() == 1)
+            layer.surface = surfaces.all()[0]->name;
+        requireName(table, "box", "box", boxes, layer.box);
+        requireName(table, "surface", "surface", surfaces, layer.surface);
+        if (const GrowthRule* rule = boxes.find(layer.box))
+            table.require(layer.places[0].variant < rule->variants, "variant",
+                          "one of the box's variants");
+        table.require(layers.add(std::move(layer)), "name", "a name that no other layer has");
+    }
     return layers;
 }
 

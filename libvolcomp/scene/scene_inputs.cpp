@@ -34,6 +34,7 @@ std::vector<NamedFile> inputsOf(const Layer& layer)
     addMaps(files, "tilt_map", layer.tilt_map);
     addMaps(files, "comb_degrees_map", layer.comb_angle_map);
     add(files, "comb_map", layer.comb_map);
+    add(files, "points", layer.points);
     return files;
 }
 
@@ -41,6 +42,7 @@ std::vector<NamedFile> inputsOf(const GrowthRule& box)
 {
     std::vector<NamedFile> files;
     add(files, "mesh", box.mesh.file);
+    for (const auto& file : box.files) add(files, "files", file);
     for (const MeshMatch& m : box.mesh.materials) {
         add(files, "texture", m.texture);
         add(files, "alpha", m.alpha);

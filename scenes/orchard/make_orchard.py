@@ -198,8 +198,8 @@ def limb(parts, number, root, direction, length, radius, depth):
         return
     if depth == 3:
         tube(parts["bark"], line, 4)
-    for k in range(3 if depth == 3 else 2):
-        f = 0.35 + 0.65 * (k + number()) / 3
+    for k in range(5 if depth == 3 else 3):
+        f = 0.25 + 0.75 * (k + number()) / 5
         at = min(f * steps, steps - 0.01)
         start, axis = line[int(at)][0], unit(sub(line[int(at) + 1][0], line[int(at)][0]))
         x, y = sides(axis)
@@ -207,8 +207,8 @@ def limb(parts, number, root, direction, length, radius, depth):
         out = add(mul(x, math.cos(turn)), mul(y, math.sin(turn)))
         along = unit(add(add(mul(axis, 0.7), mul(out, 0.8)), (0.0, number(-0.45, 0.15), 0.0)))
         up = unit(add((0.0, 1.0, 0.0), (number(-0.7, 0.7), 0.0, number(-0.7, 0.7))))
-        card(parts["leaves"], start, along, up, number(0.26, 0.38))
-    if number() < 0.22:
+        card(parts["leaves"], start, along, up, number(0.22, 0.33))
+    if number() < 0.4:
         apple(parts["apples"], add(line[-1][0], (0.0, -0.06, 0.0)), number(0.032, 0.042))
 
 

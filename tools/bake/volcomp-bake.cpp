@@ -44,7 +44,8 @@ void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<Grow
 {
     std::vector<NamedFile> outputs{{"--sheet", sheet}};
     for (const GrowthRule& rule : rules)
-        for (int variant = 0; variant < rule.variants; ++variant)
+        for (int variant = rule.files.empty() ? 0 : rule.variants; variant < rule.variants;
+             ++variant)
             outputs.push_back({"-o", boxFile(directory, rule.name, variant)});
     tool.requireFiles(inputsOf(scene), outputs);
 }
@@ -86,6 +87,10 @@ int main(int argc, char** argv)
         requireOutputs(tool, scene, rules, directory, sheet);
         std::vector<BoxThumbnail> thumbnails;
         for (const GrowthRule& rule : rules) {
+            if (!rule.files.empty()) {
+                tool.say(rule.name + ": has files of its own, nothing to bake");
+                continue;
+            }
             std::uint64_t voxels = 0;
             double voxel = 0;
             openvdb::MetaMap recipe;

@@ -45,6 +45,9 @@ ExactScene makeExactScene(Scene scene, const Progress& progress)
         const auto rule =
             std::find_if(scene.boxes.begin(), scene.boxes.end(),
                          [&](const GrowthRule& r) { return r.name == kinds[k].name; });
+        if (!rule->files.empty())
+            throw fileError(scene.file, "box " + rule->name, "levels or a mesh, to trace",
+                            "files of voxels");
         const auto mesh = rule->mesh.file.empty()
             ? nullptr
             : std::make_shared<const MeshModel>(loadMeshModel(*rule, scene.materials));
