@@ -131,14 +131,14 @@ def write_obj(path, patches):
 
 
 def write_png(path, pixels):
-    """Writes 8-bit pixels of shape (height, width) or (height, width, 3)."""
+    """Writes 8-bit pixels of shape (height, width), (height, width, 3) or, with alpha, (..., 4)."""
     def chunk(kind, data):
         body = kind + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
     height, width = pixels.shape[:2]
     raw = b"".join(b"\0" + row.tobytes() for row in pixels)
     with open(path, "wb") as f:
-        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2 if pixels.ndim == 3 else 0, 0, 0, 0))
+        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2, 4: 6}[pixels.shape[2] if pixels.ndim == 3 else 1], 0, 0, 0))
                 + chunk(b"IDAT", zlib.compress(raw, 6)) + chunk(b"IEND", b""))
 
 

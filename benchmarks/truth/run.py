@@ -15,8 +15,11 @@ itself needs. CPU seconds are user and system, of all threads.
 import argparse
 import json
 import os
+import sys
 
-from programs import PRIMITIVES, Programs, add_options, run
+from programs import PRIMITIVES, ROOT, Programs, add_options, run
+
+ORCHARD = os.path.join(ROOT, "scenes", "orchard.toml")
 
 # Directions in which the light travels; the camera looks along -Z and a little down.
 LIGHTS = {
@@ -46,6 +49,12 @@ SCENES = {
     "meadow": ("plant", 1.2, 0.35, (128, 72),
                [("grass", 200, ""), ("daisy", 25, ""), ("clover", 30, ""), ("lavender", 3, "")]),
 }
+# Of triangles: trees that scenes/orchard/make_orchard.py makes into out/orchard, in the boxes of
+# that scene.
+MESHES = {
+    "apples": ("plant", 24.0, 4.6, (160, 80), [("apple_1", 0.02, ""), ("apple_2", 0.02, "")]),
+}
+SCENES.update(MESHES)
 # Limits of the bias of the mean, of the bias of alpha and of the RMSE in blocks.
 LIMITS = {"fur": (0.02, 0.005, 0.05), "plant": (0.05, 0.02, 0.15)}
 
@@ -55,7 +64,7 @@ def scene_text(name, light):
     _, side, height, (width, rows), layers = SCENES[name]
     away = 1.7 * side + 1.2 * height
     text = [
-        f'include = ["{PRIMITIVES}/all.toml"]',
+        f'include = ["{ORCHARD if name in MESHES else PRIMITIVES + "/all.toml"}"]',
         f"[camera]\neye = [0.0, {0.5 * away + 0.5 * height:.6g}, {away:.6g}]",
         f"target = [0.0, {0.4 * height:.6g}, 0.0]\nfield_of_view_degrees = 36.0",
         f'[render]\nwidth = {width}\nheight = {rows}\nsamples = 16\nshadows = "sweep"',
@@ -73,6 +82,9 @@ def scene_text(name, light):
 class Bench(Programs):
     def measure(self, name):
         """Rows of one scene: a dictionary for each light."""
+        if name in MESHES:
+            run([sys.executable, os.path.join(ROOT, "scenes", "orchard", "make_orchard.py"),
+                 os.path.join(ROOT, "out", "orchard")])
         base = os.path.join(self.folder, name.replace(" ", "_"))
         scene, boxes, volume = base + ".toml", base + ".boxes", base + ".vdb"
         with open(scene, "w") as stream:

@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "volcomp/bake/mesh_model.h"
 #include "volcomp/bake/rasterise.h"
+#include "volcomp/bake/rasterise_mesh.h"
 #include "volcomp/base/error.h"
 #include "volcomp/base/text.h"
 #include "volcomp/curves/curve_pieces.h"
@@ -54,6 +56,38 @@ double voxelFor(const Skeleton& skeleton)
     return std::max({0.5 * thin, longest / kVoxelsAcross, kSmallestVoxel});
 }
 
+namespace {
+
+/// A box from a mesh file.
+Box bakeMesh(const GrowthRule& rule, const std::vector<Material>& materials,
+             const Progress& progress)
+{
+    const MeshModel model = loadMeshModel(rule, materials);
+    report(progress, 0.2);
+    Box box;
+    box.name = rule.name;
+    box.volume.warnings = model.warnings;
+    const double voxel = rule.voxel > 0 ? rule.voxel : voxelFor(model);
+    double finished = 0;
+    for (const MeshModelPart& part : model.parts) {
+        const double share = double(part.triangles.size()) / double(model.triangleCount());
+        try {
+            box.volume.parts.push_back(rasteriseMesh(model, part, voxel, [&](double f) {
+                report(progress, 0.2 + 0.8 * (finished + f * share));
+            }));
+        } catch (const Error& e) {
+            throw Error(fmt::format("box {}: {}", rule.name, e.what()));
+        }
+        finished += share;
+    }
+    if (box.volume.parts.empty())
+        throw fileError(rule.mesh.file, "box " + rule.name, "triangles that have an area", "none");
+    report(progress, 1);
+    return box;
+}
+
+} // namespace
+
 Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int variant,
          const Progress& progress)
 {
@@ -61,6 +95,7 @@ Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int var
     if (variant < 0 || variant >= rule.variants)
         throw Error(fmt::format("box {}: expected a variant from 0 to {}, found {}", rule.name,
                                 rule.variants - 1, variant));
+    if (!rule.mesh.file.empty()) return bakeMesh(rule, materials, progress);
     for (const GrowthLevel& level : rule.levels)
         find(materials, level.material.empty() ? rule.material : level.material, rule.name);
     return bakeSkeleton(BoxContents(rule).skeleton(variant), rule, materials, variant, rule.voxel,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From a growth rule to a box of voxels, by coverage (MODEL sections 2 and 6): grow(), then
-// rasterise() for each material.
+// rasterise() for each material; or, if the rule names a mesh, loadMeshModel() and rasteriseMesh().
 #pragma once
 
 #include <vector>
@@ -18,7 +18,8 @@ namespace volcomp {
 /// grew. It is as large as what grows: nothing is cut off. The same for any number of threads and
 /// on every machine. OpenVDB must have been started (openvdb::initialize). Throws Error if the rule
 /// or the variant is out of range, or the rule names an unknown material or would exceed its number
-/// of segments, and as CurvePieces does.
+/// of segments, and as CurvePieces and loadMeshModel() do. What was mended in a mesh is in the
+/// warnings of Box::volume.
 Box bake(const GrowthRule& rule, const std::vector<Material>& materials, int variant,
          const Progress& progress = {});
 

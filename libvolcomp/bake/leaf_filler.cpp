@@ -10,8 +10,6 @@
 namespace volcomp {
 namespace {
 
-constexpr double kMaxCoverage = 0.99;
-
 /// Radius in voxels from which on a round strand is more than its axis.
 constexpr double kSpreadFrom = 0.125;
 
@@ -22,16 +20,6 @@ const double kThick = std::sqrt(1.0 / 3);
 /// Half a voxel, and what thickRadius() exceeds the radius by: at most 0.02.
 constexpr double kBlur = 0.55;
 
-/// Returns the factor on the coverage of a round strand of `radius` voxels. Voxels of one strand
-/// stand behind each other in the way of rays that run along it, and a strand thicker than 1/8
-/// crosses several voxels side by side; -ln(1 - c) counts them as strands at random places, which
-/// let more light through. Fitted once, under directed extinction, to exactly traced cylinders.
-double roundFactor(double radius)
-{
-    return 1 + 0.3 * radius + 0.15 * std::max(0.0, radius - kSpreadFrom)
-        - 0.8 * std::max(0.0, radius - 0.45);
-}
-
 /// Returns the radius to fill for a strand of `radius` voxels, at least kThick. The ramp that blurs
 /// its border, one voxel wide, adds pi/12 to the area pi r^2 of a disc. Rays that graze the border
 /// pass several of its voxels, the more the larger the radius, so that the strand looks thicker
@@ -41,12 +29,6 @@ double thickRadius(double radius)
     return std::sqrt(std::max(0.25, radius * radius - 1.0 / 12)) - 0.1
         - 0.13 * portable::log(radius) + 0.05 * portable::exp((kThick - radius) / 0.08);
 }
-
-/// Returns the factor on area / (2 h^2), the mean projected area, for a flat shape `width` voxels
-/// wide. Its pieces shade each other only beside it and not behind, so it takes more of them to
-/// block the same light, for a wide one twice as many. Fitted once, under directed extinction, to
-/// exactly traced leaves of 0.05 to 10 voxels at random places and angles.
-double flatFactor(double width) { return 1 + 0.115 * width / (1 + 0.1 * width); }
 
 SymmetricTensor tensorOf(const Vec3d& direction)
 {
@@ -63,6 +45,21 @@ SymmetricTensor acrossOf(const SymmetricTensor& axis)
 }
 
 } // namespace
+
+// Voxels of one strand stand behind each other in the way of rays that run along it, and a strand
+// thicker than 1/8 crosses several voxels side by side; -ln(1 - c) counts them as strands at random
+// places, which let more light through. Fitted once, under directed extinction, to exactly traced
+// cylinders.
+double roundFactor(double radius)
+{
+    return 1 + 0.3 * radius + 0.15 * std::max(0.0, radius - kSpreadFrom)
+        - 0.8 * std::max(0.0, radius - 0.45);
+}
+
+// Its pieces shade each other only beside it and not behind, so it takes more of them to
+// block the same light, for a wide one twice as many. Fitted once, under directed extinction, to
+// exactly traced leaves of 0.05 to 10 voxels at random places and angles.
+double flatFactor(double width) { return 1 + 0.115 * width / (1 + 0.1 * width); }
 
 double reachInCells(const Segment& s, double size)
 {

@@ -34,6 +34,14 @@ inline CellLine inCells(const Segment& s, double voxel)
 /// or half width in cells.
 double reachInCells(const Segment& s, double size);
 
+constexpr double kMaxCoverage = 0.99; ///< of a voxel's cross-section by one strand
+
+/// Returns the factor on the coverage of a round strand of `radius` voxels, and on area / (2 h^2),
+/// the mean projected area, for a flat shape `width` voxels wide: what voxels of one strand behind
+/// each other need beside -ln(1 - c). leaf_filler.cpp says where they come from.
+double roundFactor(double radius);
+double flatFactor(double width);
+
 /// What is known of a voxel while its leaf is being filled.
 struct Cell {
     float depth = 0;    ///< sum of -ln(1 - c) over the finished strands: the optical depth

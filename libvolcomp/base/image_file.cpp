@@ -161,6 +161,20 @@ ImageFile readOpened(const std::filesystem::path& file, std::FILE* stream, Store
     return image;
 }
 
+/// The same, and what the libraries below throw becomes an Error.
+ImageFile readGuarded(const std::filesystem::path& file, std::FILE* stream, StoredAlpha alpha)
+{
+    try {
+        return readOpened(file, stream, alpha);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw broken(file, "bad_alloc");
+    } catch (const std::exception& e) { // of a library below OpenImageIO
+        throw broken(file, e.what());
+    }
+}
+
 } // namespace
 
 void makeLinear(ImageFile& image)
@@ -184,15 +198,17 @@ ImageFile readImageFile(const std::filesystem::path& file, StoredAlpha alpha)
         throw fileError(file, "", "an image", "no file", "Check the path.");
     const Stream stream(std::fopen(file.c_str(), "rb"));
     if (!stream) throw fileError(file, "", "an image", "a file that cannot be opened");
-    try {
-        return readOpened(file, stream.get(), alpha);
-    } catch (const Error&) {
-        throw;
-    } catch (const std::bad_alloc&) {
-        throw broken(file, "bad_alloc");
-    } catch (const std::exception& e) { // of a library below OpenImageIO
-        throw broken(file, e.what());
-    }
+    return readGuarded(file, stream.get(), alpha);
+}
+
+ImageFile readImageBytes(const std::filesystem::path& file, std::string_view bytes,
+                         StoredAlpha alpha)
+{
+    if (bytes.empty()) throw fileError(file, "", "an image", "no bytes");
+    std::string copy(bytes); // fmemopen() wants memory that it might write to
+    const Stream stream(fmemopen(copy.data(), copy.size(), "rb"));
+    if (!stream) throw fileError(file, "", "an image", "bytes that cannot be read");
+    return readGuarded(file, stream.get(), alpha);
 }
 
 } // namespace volcomp

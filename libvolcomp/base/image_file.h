@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace volcomp {
@@ -50,5 +51,10 @@ enum class StoredAlpha { multiply, keep };
 /// for a missing, foreign, damaged or truncated file, for an image that is not flat or has more
 /// than 4e9 values, and if memory is not enough.
 ImageFile readImageFile(const std::filesystem::path& file, StoredAlpha alpha);
+
+/// The same of an image that stands inside another file: `file` names it in messages, `bytes` are
+/// all of it.
+ImageFile readImageBytes(const std::filesystem::path& file, std::string_view bytes,
+                         StoredAlpha alpha);
 
 } // namespace volcomp

@@ -19,15 +19,9 @@ Vec3d toDouble(const Vec3f& v) { return Vec3d(v); }
 CurvePieces::CurvePieces(const GrowthRule& rule)
     : m_spec(rule.curves.value()), m_material(rule.material), m_set(readCurves(m_spec.file))
 {
-    m_scale = m_spec.scale > 0 ? m_spec.scale : m_set.unit > 0 ? m_set.unit : 1;
-    m_up = m_spec.up.value_or(m_set.says_up ? m_set.up : UpAxis::y);
-    if (m_spec.groom) { // turned in double
-        const Vec3d& o = m_set.offset;
-        m_middle = m_up == UpAxis::z ? Vec3d(o[0], o[2], -o[1])
-            : m_up == UpAxis::x      ? Vec3d(-o[1], o[0], o[2])
-                                     : o;
-        m_middle = m_middle * m_scale + m_spec.move;
-    }
+    m_scale = m_spec.axes.scale > 0 ? m_spec.axes.scale : m_set.unit > 0 ? m_set.unit : 1;
+    m_up = m_spec.axes.up.value_or(m_set.says_up ? m_set.up : UpAxis::y);
+    if (m_spec.groom) m_middle = turnedUp(m_up, m_set.offset) * m_scale + m_spec.move;
     if (!m_spec.colour_map.empty()) m_map = readTexture(m_spec.colour_map, true);
     checkKeys();
     choose();
@@ -125,17 +119,7 @@ void CurvePieces::findOrigins()
     }
 }
 
-Vec3d CurvePieces::turned(const Vec3f& v) const
-{
-    switch (m_up) {
-    case UpAxis::x:
-        return Vec3d(-v[1], v[0], v[2]);
-    case UpAxis::z:
-        return Vec3d(v[0], v[2], -v[1]);
-    default:
-        return Vec3d(v);
-    }
-}
+Vec3d CurvePieces::turned(const Vec3f& v) const { return turnedUp(m_up, Vec3d(v)); }
 
 double CurvePieces::radius(std::size_t strand, std::size_t point) const
 {

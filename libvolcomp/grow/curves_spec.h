@@ -7,11 +7,9 @@
 #include <vector>
 
 #include "volcomp/base/vec.h"
+#include "volcomp/grow/file_axes.h"
 
 namespace volcomp {
-
-/// Which direction of a file is up.
-enum class UpAxis { x, y, z };
 
 /// The keys of a [groom.NAME] table, and of a [box.NAME] with `curves`.
 struct CurvesSpec {
@@ -19,10 +17,9 @@ struct CurvesSpec {
     /// A groom stands where its file says, in so many pieces; otherwise the strands are cut into
     /// tufts, which are the variants of a box.
     bool groom = false;
-    double scale = 0;         ///< metres in one unit of the file; 0: as the file says, otherwise 1
-    std::optional<UpAxis> up; ///< none: as the file says, otherwise y
-    Vec3d move{0.0};          ///< added to every point of a groom, world units
-    double width = 0;         ///< metres, of strands whose file gives no widths; 0: its default
+    FileAxes axes;
+    Vec3d move{0.0};  ///< added to every point of a groom, world units
+    double width = 0; ///< metres, of strands whose file gives no widths; 0: its default
     /// Colours where the file has none for strands or points, linear RGB.
     std::optional<Vec3d> colour_root, colour_tip;
     bool file_colours = true; ///< whether the file's colours count

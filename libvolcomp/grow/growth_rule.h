@@ -14,6 +14,7 @@
 
 #include "volcomp/base/vec.h"
 #include "volcomp/grow/curves_spec.h"
+#include "volcomp/grow/mesh_box.h"
 
 namespace volcomp {
 
@@ -100,7 +101,10 @@ struct GrowthRule {
     double segment_limit =
         1e7; ///< a rule that may grow more segments is refused; at most 2^32 grow
     std::vector<GrowthLevel> levels;
-    std::optional<CurvesSpec> curves; ///< strands of a file; then nothing grows
+    std::optional<CurvesSpec> curves; ///< instead of levels: strands of a file
+    MeshBox mesh;                     ///< instead of levels, if it names a file
+    /// Instead of levels: volumes of another program, one for each variant. They are not baked.
+    std::vector<std::filesystem::path> files;
     /// The table as a scene has it, a line "KEY = VALUE" for each key, for recipes; may be empty.
     std::string source;
 

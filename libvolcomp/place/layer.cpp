@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/place/layer.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "volcomp/base/error.h"
 
 namespace volcomp {
+
+double Mask::at(double x) const
+{
+    const double beyond = std::max(low - x, x - high);
+    if (beyond <= 0) return 1;
+    return beyond < fade ? 1 - beyond / fade : 0;
+}
 
 void Layer::validate() const
 {
@@ -21,6 +29,10 @@ void Layer::validate() const
     if (!span(turn) || !span(tilt)) fail("finite angles [low, high] with low <= high");
     if (!std::isfinite(offset) || !std::isfinite(comb_angle) || !std::isfinite(comb.lengthSqr()))
         fail("a finite offset, comb and comb_degrees");
+    if (!(spacing >= 0 && std::isfinite(spacing))) fail("a spacing >= 0");
+    for (const Mask* mask : {&slope, &height})
+        if (!(mask->low <= mask->high && mask->fade >= 0)) fail("masks [low, high], low <= high");
+    if (!std::isfinite(size_power)) fail("a finite size_power");
     if (!(upright >= 0 && upright <= 1)) fail("an upright from 0 to 1");
 }
 

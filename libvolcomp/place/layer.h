@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "volcomp/place/point_table.h"
 #include "volcomp/surface/second_density.h"
 #include "volcomp/base/vec.h"
 
@@ -35,6 +36,27 @@ enum class CombSpace {
     world
 };
 
+/// How the sizes of boxes lie between the smallest and the largest.
+enum class SizeDistribution {
+    even,
+    normal, ///< mean in the middle, standard deviation a quarter of the span, cut at its ends
+    power   ///< the density goes with a power of the size
+};
+
+/// Numbers from `low` to `high`, and how far beyond these the chance of a box fades to 0.
+struct Mask {
+    double low = -1e300, high = 1e300, fade = 0;
+
+    /// The chance at x, 0 to 1: linear over the fade.
+    double at(double x) const;
+};
+
+/// Something that a layer's roots keep away from: those of another layer, or a surface.
+struct Avoid {
+    std::string layer, surface; ///< one of them is empty
+    double distance = 1;        ///< of roots, world units
+};
+
 /// One [[layer]] of the scene: which boxes stand where on a surface, and how.
 struct Layer {
     std::string name;
@@ -46,10 +68,28 @@ struct Layer {
     double density = 0; ///< boxes where the second density is 1, in the unit that `sampling` says
     int cells_u = 256, cells_v = 256; ///< cells of the map, for Sampling::uv
     Sheets sheets = Sheets::all;
-    std::vector<MapFactor> where;  ///< the second density, clamped to 0 ... 1
-    std::vector<MapFactor> size;   ///< factors on the scale
-    std::vector<MapFactor> colour; ///< factors on the box's colour
-    TintAt tint = TintAt::root;    ///< where `colour` is looked up
+    std::vector<MapFactor> where;                    ///< the second density, clamped to 0 ... 1
+    std::vector<MapFactor> size;                     ///< factors on the scale
+    std::vector<MapFactor> colour;                   ///< factors on the box's colour
+    TintAt tint = TintAt::root;                      ///< where `colour` is looked up
+    std::vector<MapFactor> tilt_map, comb_angle_map; ///< factors on `tilt` and `comb_angle`
+
+    /// Roots of scale 1 are no nearer than this to each other; two of other scales, or of two
+    /// layers with a spacing, than the mean of both spacings times scales. World units; 0: any
+    /// distance.
+    double spacing = 0;
+    std::vector<Avoid> avoid;
+    Mask slope;  ///< angle of the surface's normal with +Y, radians
+    Mask height; ///< of the place, along +Y, world units
+    SizeDistribution sizes = SizeDistribution::even;
+    double size_power = -2; ///< for SizeDistribution::power
+
+    /// Instead of samples: places in a file (point_table.h), and places that are given. `density`
+    /// is not used then, and `scale` and `colour` multiply what they say.
+    std::filesystem::path points;
+    std::vector<GivenPlace> places;
+
+    bool hasPlaces() const { return !points.empty() || !places.empty(); }
 
     // Spans [low, high] of numbers that are drawn evenly for each box. Angles in radians.
     std::pair<double, double> scale{1, 1};

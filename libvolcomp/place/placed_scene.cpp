@@ -8,6 +8,7 @@
 
 #include "volcomp/base/error.h"
 #include "volcomp/place/scatter.h"
+#include "volcomp/place/spacing.h"
 
 namespace volcomp {
 namespace {
@@ -50,16 +51,73 @@ PlacedLayer makeLayer(const std::vector<PlacedSurface>& surfaces, const Layer& l
     return placed;
 }
 
+/// The roots of the layers that others keep away from, and what they leave of a layer.
+class Room {
+public:
+    Room(const std::vector<PlacedSurface>& surfaces, const std::vector<PlacedLayer>& layers)
+        : m_surfaces(surfaces), m_layers(layers), m_roots(layers.size())
+    {
+    }
+
+    /// Whether layer `i` has to stand in a list of its own before it is collected.
+    bool concerns(std::size_t i) const
+    {
+        const Layer& layer = m_layers[i].layer;
+        return layer.spacing > 0 || !layer.avoid.empty() || isAvoided(layer.name);
+    }
+
+    /// Drops those of layer `i` that are too near to something, and remembers the others.
+    void thin(std::size_t i, PlacementList& list)
+    {
+        const Layer& layer = m_layers[i].layer;
+        std::vector<char> keep(list.size(), 1);
+        for (const Avoid& avoid : layer.avoid) {
+            if (!avoid.surface.empty())
+                keepAway(
+                    list,
+                    m_surfaces[std::size_t(indexOf(m_surfaces, avoid.surface, layer, "surface"))]
+                        .surface,
+                    avoid.distance, keep);
+            for (std::size_t k = 0; k < i; ++k)
+                if (m_layers[k].layer.name == avoid.layer)
+                    keepAway(list, m_roots[k], avoid.distance, keep);
+        }
+        list.filter(keep);
+        if (layer.spacing > 0) {
+            std::vector<const std::vector<Root>*> others;
+            for (std::size_t k = 0; k < i; ++k)
+                if (m_layers[k].layer.spacing > 0) others.push_back(&m_roots[k]);
+            list.filter(keepSpacing(list, layer, others));
+        }
+        m_roots[i] = rootsOf(list, layer.spacing);
+    }
+
+private:
+    bool isAvoided(const std::string& name) const
+    {
+        for (const PlacedLayer& l : m_layers)
+            for (const Avoid& avoid : l.layer.avoid)
+                if (avoid.layer == name) return true;
+        return false;
+    }
+
+    const std::vector<PlacedSurface>& m_surfaces;
+    const std::vector<PlacedLayer>& m_layers;
+    std::vector<std::vector<Root>> m_roots; ///< by layer
+};
+
 /// Warns of a layer without boxes, or whose density asks for less than one.
 void warnOfFewBoxes(const PlacedLayer& l, const PlacedSurface& s,
                     std::vector<std::string>& warnings)
 {
     const double wanted = l.layer.density * s.surface.area();
     const bool by_area = l.layer.sampling == Sampling::area;
-    const bool few = by_area && l.layer.density > 0 && wanted < 1 - 1e-9;
+    const bool few = !l.layer.hasPlaces() && by_area && l.layer.density > 0 && wanted < 1 - 1e-9;
     if (l.boxes > 0 && !few) return;
     const std::string found = fmt::format("layer '{}': {} boxes", l.layer.name, l.boxes);
-    if (l.layer.density == 0) warnings.push_back(found + ", as its density is 0.");
+    if (l.layer.hasPlaces())
+        warnings.push_back(found + ", as its points are of other boxes, or its masks leave none.");
+    else if (l.layer.density == 0) warnings.push_back(found + ", as its density is 0.");
     else if (few)
         warnings.push_back(fmt::format(
             "{}: a density of {:g} on the {:.4g} m^2 of surface '{}' asks for {:.4g}, and chance "
@@ -95,12 +153,20 @@ PlacedScene place(const std::vector<SurfaceSpec>& surfaces, const std::vector<La
                                    [](const PlacedLayer& l) { return l.tints_voxels; });
     const KeptPlaces kept{walks, options.keep_uvs};
     PlacementCollector collector;
+    Room room(scene.surfaces, scene.layers);
     for (std::size_t i = 0; i < scene.layers.size(); ++i) {
         PlacedLayer& l = scene.layers[i];
         const std::size_t before = collector.size();
+        PlacementCollector own;
+        PlacementCollector& out = room.concerns(i) ? own : collector;
         scatter(scene.surfaces[l.surface].surface, l.layer, boxesOf(scene.kinds, l.layer),
-                static_cast<int>(i), kept, collector,
+                static_cast<int>(i), kept, out,
                 [&](double f) { report(progress, (done + f) / steps); });
+        if (room.concerns(i)) {
+            PlacementList list = own.take();
+            room.thin(i, list);
+            collector.append(std::move(list));
+        }
         l.boxes = collector.size() - before;
         warnOfFewBoxes(l, scene.surfaces[static_cast<std::size_t>(l.surface)], scene.warnings);
         ++done;

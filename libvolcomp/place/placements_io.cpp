@@ -2,6 +2,7 @@
 #include "volcomp/place/placements_io.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstring>
@@ -90,6 +91,88 @@ void writePly(std::ostream& out, const PlacedScene& scene, const std::string& re
     }
 }
 
+/// A name as USD allows it: letters, digits and _, not a digit first. Two names may become one, so
+/// a number follows.
+std::string usdName(const std::string& name, std::size_t number)
+{
+    std::string result = "box_";
+    for (const char c : name)
+        result +=
+            (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ? c : '_';
+    return fmt::format("{}_{}", result, number);
+}
+
+/// The rotation of a placement as a quaternion (w, x, y, z) (Shepperd, Quaternion from rotation
+/// matrix, 1978).
+std::array<double, 4> quaternionOf(const Placement& p)
+{
+    const Vec3d x(p.x_axis), y(p.y_axis), z(p.z_axis);
+    const double parts[4] = {1 + x[0] + y[1] + z[2], 1 + x[0] - y[1] - z[2], 1 - x[0] + y[1] - z[2],
+                             1 - x[0] - y[1] + z[2]};
+    const auto most = std::max_element(parts, parts + 4) - parts;
+    const double s = 2 * std::sqrt(std::max(parts[most], 1e-12));
+    switch (most) {
+    case 0:
+        return {s / 4, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s};
+    case 1:
+        return {(y[2] - z[1]) / s, s / 4, (y[0] + x[1]) / s, (z[0] + x[2]) / s};
+    case 2:
+        return {(z[0] - x[2]) / s, (y[0] + x[1]) / s, s / 4, (z[1] + y[2]) / s};
+    default:
+        return {(x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, s / 4};
+    }
+}
+
+/// USD's text form: a PointInstancer whose prototypes are the boxes' volumes.
+void writeUsda(std::ostream& out, const PlacedScene& scene)
+{
+    const std::vector<std::string> boxes = boxNames(scene.kinds);
+    out << "#usda 1.0\n(\n    defaultPrim = \"volcomp\"\n    metersPerUnit = 1\n    upAxis = "
+           "\"Y\"\n)\n\ndef PointInstancer \"volcomp\"\n{\n";
+    const auto list = [&](const char* name, const auto& text, std::size_t count) {
+        out << "    " << name << " = [";
+        for (std::size_t i = 0; i < count; ++i) out << (i == 0 ? "" : ", ") << text(i);
+        out << "]\n";
+    };
+    const auto& all = scene.boxes.placements;
+    const auto tuple = [](const auto& v) { return fmt::format("({}, {}, {})", v[0], v[1], v[2]); };
+    list(
+        "rel prototypes",
+        [&](std::size_t i) { return "</volcomp/boxes/" + usdName(boxes[i], i) + ">"; },
+        boxes.size());
+    list(
+        "int[] protoIndices", [&](std::size_t i) { return std::to_string(all[i].box); },
+        all.size());
+    list(
+        "point3f[] positions", [&](std::size_t i) { return tuple(Vec3f(all[i].position)); },
+        all.size());
+    list(
+        "quath[] orientations",
+        [&](std::size_t i) {
+            const auto q = quaternionOf(all[i]);
+            return fmt::format("({:.6g}, {:.6g}, {:.6g}, {:.6g})", q[0], q[1], q[2], q[3]);
+        },
+        all.size());
+    list(
+        "float3[] scales", [&](std::size_t i) { return tuple(Vec3f(all[i].scale)); }, all.size());
+    list(
+        "color3f[] primvars:displayColor", [&](std::size_t i) { return tuple(all[i].tint); },
+        all.size());
+    out << "    uniform token primvars:displayColor:interpolation = \"vertex\"\n";
+    out << "\n    def Scope \"boxes\"\n    {\n";
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+        const std::string name = usdName(boxes[b], b);
+        std::string file = oneLine(boxes[b]) + ".vdb"; // where volcomp-bake puts it
+        std::replace(file.begin(), file.end(), '@', '_');
+        out << "        def Volume \"" << name << "\"\n        {\n"
+            << "            rel field:density = </volcomp/boxes/" << name << "/density>\n"
+            << "            def OpenVDBAsset \"density\"\n            {\n"
+            << "                token fieldName = \"density\"\n"
+            << "                asset filePath = @./" << file << "@\n            }\n        }\n";
+    }
+    out << "    }\n}\n";
+}
+
 } // namespace
 
 bool requirePlacementsName(const std::filesystem::path& file)
@@ -98,10 +181,16 @@ bool requirePlacementsName(const std::filesystem::path& file)
     std::transform(ending.begin(), ending.end(), ending.begin(),
                    [](unsigned char c) { return char(std::tolower(c)); });
     const bool json = ending == ".json";
-    if (!json && ending != ".ply")
-        throw fileError(file, "", "a name that ends in .json or .ply",
+    if (!json && ending != ".ply" && ending != ".usda")
+        throw fileError(file, "", "a name that ends in .json, .ply or .usda",
                         "'" + file.extension().string() + "'");
     return json;
+}
+
+static bool isUsda(const std::filesystem::path& file)
+{
+    const std::string ending = file.extension().string();
+    return ending.size() == 5 && (ending[1] == 'u' || ending[1] == 'U');
 }
 
 void writePlacements(const std::filesystem::path& file, const PlacedScene& scene,
@@ -110,6 +199,7 @@ void writePlacements(const std::filesystem::path& file, const PlacedScene& scene
     const bool json = requirePlacementsName(file);
     writeStreamAtomically(file, [&](std::ostream& stream) {
         if (json) writeJson(stream, scene);
+        else if (isUsda(file)) writeUsda(stream, scene);
         else writePly(stream, scene, recipe_hash);
     });
 }

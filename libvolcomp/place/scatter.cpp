@@ -37,19 +37,50 @@ double between(const std::pair<double, double>& span, double fraction)
     return span.first + (span.second - span.first) * fraction;
 }
 
+/// The number below which the standard normal distribution has the part `f`, 0 < f < 1.
+double normalQuantile(double f)
+{
+    double low = -10, high = 10;
+    for (int i = 0; i < 48; ++i) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / std::sqrt(2.0)) < f ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/// The scale that has the part `f` of all scales below it.
+double scaleAt(const Layer& layer, double f)
+{
+    const auto [low, high] = layer.scale;
+    if (layer.sizes == SizeDistribution::normal) {
+        const double cut = 0.5 * std::erfc(std::sqrt(2.0)); // below two standard deviations
+        const double x = normalQuantile(cut + f * (1 - 2 * cut));
+        return std::clamp(0.5 * (low + high) + 0.25 * (high - low) * x, low, high);
+    }
+    if (layer.sizes == SizeDistribution::power && low < high) {
+        const double e = layer.size_power + 1;
+        if (std::abs(e) < 1e-9) return low * std::pow(high / low, f);
+        // Relative to `low`, so that no power overflows.
+        return std::clamp(low * std::pow(1 + f * (std::pow(high / low, e) - 1), 1 / e), low, high);
+    }
+    return between(layer.scale, f);
+}
+
 /// Everything that a layer looks up, loaded once.
 struct Maps {
-    SecondDensity where, size, colour;
+    SecondDensity where, size, colour, tilt, comb_angle;
     std::optional<Texture> comb;
 
     explicit Maps(const Layer& layer)
-        : where(layer.where, false), size(layer.size, false), colour(layer.colour, true)
+        : where(layer.where, false), size(layer.size, false), colour(layer.colour, true),
+          tilt(layer.tilt_map, false), comb_angle(layer.comb_angle_map, false)
     {
         if (!layer.comb_map.empty()) comb = readTexture(layer.comb_map, false);
     }
     bool useUv() const
     {
-        return where.usesUv() || size.usesUv() || colour.usesUv() || comb.has_value();
+        return where.usesUv() || size.usesUv() || colour.usesUv() || tilt.usesUv()
+            || comb_angle.usesUv() || comb.has_value();
     }
 };
 
@@ -97,6 +128,18 @@ public:
           // The stream follows the layer's name, so that a layer put before it changes nothing.
           m_key(hashKey(layer.seed, fnv1a(layer.name)))
     {
+        if (layer.hasPlaces()) m_samples.chance = 1;
+    }
+
+    /// A place that is given. Its random numbers are those of a sample of that index.
+    void given(std::uint64_t index, const GivenPlace& place_given, PlacementList& out) const
+    {
+        Random random(hashKey(m_key, index));
+        random.uniform(); // where a sample would stand
+        SurfacePoint s = m_surface.nearest(place_given.position);
+        s.position = place_given.position;
+        if (place_given.normal) s.normal = *place_given.normal;
+        place(s, random, out, &place_given);
     }
 
     void sample(std::uint64_t index, PlacementList& out) const
@@ -172,7 +215,11 @@ private:
             if (const double length = along.length();
                 length > (m_maps.comb ? kNoDirection : 1e-6)) {
                 along /= length;
-                const double c = std::cos(m_layer.comb_angle), sine = std::sin(m_layer.comb_angle);
+                const double angle = m_layer.comb_angle
+                    * (m_layer.comb_angle_map.empty()
+                           ? 1.0
+                           : double(m_maps.comb_angle.value(s.uv, s.position)));
+                const double c = std::cos(angle), sine = std::sin(angle);
                 return {along * c - axis * sine, axis * c + along * sine};
             }
         }
@@ -180,10 +227,11 @@ private:
     }
 
     /// Leans the axis by a random angle to a random side. `tilt` and `side` are uniform in [0, 1).
-    Frame tilted(const Frame& frame, double tilt, double side) const
+    Frame tilted(const Frame& frame, const SurfacePoint& s, double tilt, double side) const
     {
         const auto& [x, y] = frame;
-        const double angle = between(m_layer.tilt, tilt);
+        double angle = between(m_layer.tilt, tilt);
+        if (!m_layer.tilt_map.empty()) angle *= double(m_maps.tilt.value(s.uv, s.position));
         const Vec3d sideways = x * std::cos(2 * kPi * side) + y.cross(x) * std::sin(2 * kPi * side);
         const Vec3d leaned = y * std::cos(angle) + sideways * std::sin(angle);
         // The smallest rotation from y to the leaned axis takes x along.
@@ -193,21 +241,32 @@ private:
         return {turned, leaned};
     }
 
-    void place(const SurfacePoint& s, Random& random, PlacementList& out) const
+    /// What the masks by slope and height leave of a chance.
+    double masked(const SurfacePoint& s) const
+    {
+        const double height = m_layer.height.at(s.position[1]);
+        if (height == 0) return 0;
+        return height * m_layer.slope.at(std::acos(std::clamp(s.normal[1], -1.0, 1.0)));
+    }
+
+    void place(const SurfacePoint& s, Random& random, PlacementList& out,
+               const GivenPlace* given = nullptr) const
     {
         // Every number is drawn whether it is used or not, so that one decision does not move the
         // next.
         const double keep = random.uniform(), variant = random.uniform(), size = random.uniform(),
                      turn = random.uniform(), tilt = random.uniform(), side = random.uniform();
         const double where = std::clamp(double(m_maps.where.value(s.uv, s.position)), 0.0, 1.0);
-        if (!(keep < m_samples.chance * where)) return;
-        const double scale = between(m_layer.scale, size) * m_maps.size.value(s.uv, s.position);
+        if (!(keep < m_samples.chance * where * masked(s))) return;
+        const double scale = scaleAt(m_layer, size) * m_maps.size.value(s.uv, s.position)
+            * (given ? given->scale : 1.0);
         if (!(scale > 1e-9 && scale < 1e9)) return; // a size map of 0 leaves no box
 
         Frame frame = standingFrame(s);
-        if (m_layer.tilt.second > 0) frame = tilted(frame, tilt, side);
+        if (m_layer.tilt.second > 0) frame = tilted(frame, s, tilt, side);
+        double angle = between(m_layer.turn, turn);
+        if (given && given->axes) frame = {given->axes->first, given->axes->second}, angle = 0;
         const auto& [x, y] = frame;
-        const double angle = between(m_layer.turn, turn);
         const Vec3d turned = x * std::cos(angle) + y.cross(x) * std::sin(angle);
 
         Placement p;
@@ -217,9 +276,13 @@ private:
         p.position = s.position + s.normal * m_layer.offset;
         p.scale = static_cast<float>(scale);
         if (m_layer.tint == TintAt::root) p.tint = m_maps.colour.colour(s.uv, s.position);
+        if (given) p.tint *= given->tint;
         p.box = static_cast<std::uint16_t>(
             m_boxes.first
-            + std::min(m_boxes.count - 1, static_cast<std::int32_t>(variant * m_boxes.count)));
+            + (given && given->variant >= 0
+                   ? given->variant
+                   : std::min(m_boxes.count - 1,
+                              static_cast<std::int32_t>(variant * m_boxes.count))));
         p.layer = static_cast<std::uint16_t>(m_index);
         out.placements.push_back(p);
         if (m_kept.triangles) out.triangles.push_back(s.triangle);
@@ -266,6 +329,36 @@ void checkCount(const Surface& surface, const Layer& layer, const Squares& squar
             layer.sampling == Sampling::uv ? "'density' or 'cells'" : "'density'", layer.surface));
 }
 
+/// The places that are given for a layer; none if it is sampled. Throws Error if a place asks for a
+/// variant that there is not.
+std::vector<GivenPlace> placesOf(const Layer& layer, const LayerBoxes& boxes)
+{
+    std::vector<GivenPlace> places;
+    if (!layer.points.empty()) places = readPlaces(layer.points);
+    std::size_t kept = 0;
+    for (GivenPlace& p : places) {
+        if (!p.box.empty()) { // a list of several kinds
+            const std::size_t bar = p.box.rfind('_');
+            if (p.box.substr(0, bar) != layer.box) continue;
+            int number = 0;
+            for (std::size_t k = bar + 1; k < p.box.size() && number < 100'000; ++k)
+                number = p.box[k] >= '0' && p.box[k] <= '9' ? 10 * number + (p.box[k] - '0') : 0;
+            p.variant = number - 1;
+        }
+        if (&places[kept] != &p) places[kept] = std::move(p);
+        ++kept;
+    }
+    places.resize(kept);
+    places.insert(places.end(), layer.places.begin(), layer.places.end());
+    for (const GivenPlace& p : places)
+        if (p.variant >= boxes.count)
+            throw fileError(
+                layer.points, "layer '" + layer.name + "'",
+                fmt::format("variants from 1 to {}, as the box '{}' has", boxes.count, layer.box),
+                std::to_string(p.variant + 1));
+    return places;
+}
+
 } // namespace
 
 void checkSamples(const Surface& surface, const Layer& layer)
@@ -282,7 +375,10 @@ void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes
     if (layer.density > 0) checkCount(surface, layer, squares);
     const Maps maps(layer);
     check(surface, layer, boxes, layer_index, maps);
-    const auto count = static_cast<std::uint64_t>(countSamples(surface, layer, squares).total);
+    const std::vector<GivenPlace> places = placesOf(layer, boxes);
+    const std::uint64_t count = layer.hasPlaces()
+        ? places.size()
+        : static_cast<std::uint64_t>(countSamples(surface, layer, squares).total);
     const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
     const Placer placer(surface, layer, boxes, layer_index, kept, maps, squares);
     SharedProgress done(progress, chunks);
@@ -291,7 +387,8 @@ void scatter(const Surface& surface, const Layer& layer, const LayerBoxes& boxes
         tbb::parallel_for(std::uint64_t(0), std::uint64_t(pieces.size()), [&](std::uint64_t piece) {
             const std::uint64_t begin = (first + piece) * kChunk;
             for (std::uint64_t i = begin; i < std::min(count, begin + kChunk); ++i)
-                placer.sample(i, pieces[piece]);
+                if (layer.hasPlaces()) placer.given(i, places[i], pieces[piece]);
+                else placer.sample(i, pieces[piece]);
             done.add();
         });
         for (PlacementList& piece : pieces) out.append(std::move(piece));

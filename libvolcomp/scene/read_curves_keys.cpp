@@ -12,18 +12,25 @@ void requireMaterial(const TableReader& r, const Known<Material>& materials,
     r.require(false, "material", "the name of a material (" + materials.names() + ")");
 }
 
-void readCurvesKeys(TableReader& r, CurvesSpec& c)
+FileAxes readFileAxes(TableReader& r)
 {
-    c.scale = r.number(
-        {"scale", "m", "length of one unit of the file; 0: as the file says, and 1 if it does not"},
-        c.scale, kNotNegative);
+    FileAxes axes;
+    axes.scale = r.number({"scale", "m",
+                           "length of one unit of the file of strands or of the mesh; 0: as the "
+                           "file says, and 1 if it does not; glTF is in metres"},
+                          axes.scale, {0, 1e9});
     enum class Up { file, x, y, z };
     const Up up = r.choice<Up>(
-        {"up", "", "axis of the file that points up; file: as the file says, and y if it does not"},
+        {"up", "", "axis of that file that points up; file: as it says, and y if it does not"},
         Up::file, {{"file", Up::file}, {"x", Up::x}, {"y", Up::y}, {"z", Up::z}});
-    if (up == Up::x) c.up = UpAxis::x;
-    if (up == Up::y) c.up = UpAxis::y;
-    if (up == Up::z) c.up = UpAxis::z;
+    if (up == Up::x) axes.up = UpAxis::x;
+    if (up == Up::y) axes.up = UpAxis::y;
+    if (up == Up::z) axes.up = UpAxis::z;
+    return axes;
+}
+
+void readCurvesKeys(TableReader& r, CurvesSpec& c)
+{
     c.width = r.number({"width", "m",
                         "thickness of strands whose file gives none for strands or points; 0: the "
                         "file's default"},
@@ -66,6 +73,7 @@ GrowthRule readGroom(TableReader& r, const std::string& name, const Known<Materi
     curves.groom = true;
     curves.file = r.path({"curves", "", "file of strands: .hair, .tfx, or lines of a .ply or .obj"},
                          std::nullopt);
+    curves.axes = readFileAxes(r);
     readCurvesKeys(r, curves);
     curves.move =
         r.vector({"translate", "m", "added to every point, after the scale"}, curves.move);

@@ -208,7 +208,7 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     requireMaterial(r, materials, p.material);
     p.variants =
         r.integer({"variants", "", "boxes baked, which differ by their random numbers only"},
-                  p.variants, {1, 1000});
+                  r.has("mesh") ? 1 : p.variants, {1, r.has("mesh") ? 1.0 : 1000.0});
     p.seed = r.seed({"seed", "", "of the random numbers"}, p.seed);
     p.voxel =
         r.number({"voxel", "m", "edge of a voxel; 0: from the thinnest feature worth showing"},
@@ -216,14 +216,30 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     p.segment_limit =
         r.number({"segment_limit", "", "a recursion that may grow more segments is refused"},
                  p.segment_limit, kPositive);
+    p.files = r.paths(
+        {"files", "",
+         "instead of levels: VDB files with a fog volume `density` each, one for each variant; metres, root at the origin, +Y up. They are taken as they are, and not baked"},
+        {});
+    if (!p.files.empty()) p.variants = int(std::min<std::size_t>(p.files.size(), 1000));
     const std::filesystem::path curves = r.path(
         {"curves", "",
          "instead of levels: a file of strands (.hair, .tfx, or lines of a .ply or .obj), which are cut by their roots into as many tufts as there are variants"},
         "");
+    p.mesh.file = r.path(
+        {"mesh", "",
+         "instead of levels: a mesh (OBJ with MTL, glTF, GLB, PLY, OFF or STL) whose triangles fill the voxels; its origin is the box's root"},
+        "");
+    const FileAxes axes = readFileAxes(r);
+    for (const char* key : {"scale", "up"})
+        r.require(r.isDescribing() || !r.has(key) || !curves.empty() || !p.mesh.file.empty(), key,
+                  "'curves' or a 'mesh' beside it");
     if (!curves.empty() || r.isDescribing()) {
         p.curves.emplace().file = curves;
+        p.curves->axes = axes;
         readCurvesKeys(r, *p.curves);
     }
+    p.mesh.axes = axes;
+    readMeshBox(r, p, materials);
     for (
         TableReader& table : r.tables(
             {"level", "",
@@ -235,8 +251,12 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
     r.finish();
     p.source = r.record();
     if (!r.isDescribing()) {
-        r.require(p.levels.empty() == p.curves.has_value(), "level",
-                  "at least one [[box." + name + ".level]], or 'curves' and none");
+        const int ways = int(!p.levels.empty()) + int(p.curves.has_value())
+            + int(!p.mesh.file.empty()) + int(!p.files.empty());
+        r.require(ways == 1, "level",
+                  "at least one [[box." + name
+                      + ".level]], or 'curves', 'mesh' or 'files' instead");
+        r.require(p.files.size() <= 1000, "files", "at most 1000 files");
         r.check([&] { p.validate(); });
     }
     return p;

@@ -97,7 +97,7 @@ SurfaceSpec readSurface(TableReader& r, const std::string& name, std::vector<std
     s.name = name;
     s.mesh = r.path(
         {"mesh", "",
-         "OBJ, PLY, OFF or STL file of polygons, which may be concave; faces without texture coordinates have (0, 0)"},
+         "OBJ, PLY, OFF, STL or glTF file of polygons, which may be concave; faces without texture coordinates have (0, 0)"},
         "");
     readTerrain(r, s);
     s.scale = r.number({"scale", "m", "length of one unit of the file"}, s.scale, kPositive);

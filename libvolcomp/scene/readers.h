@@ -43,8 +43,16 @@ GrowthRule readGrowthRule(TableReader& table, const std::string& name,
 /// Reads a [groom.NAME] table: a rule whose variants are the groom's pieces.
 GrowthRule readGroom(TableReader& table, const std::string& name, const Known<Material>& materials);
 
-/// Reads the keys of strands of a file that boxes and grooms have in common, after `curves`.
+/// Reads the unit and the up axis of a file of strands or triangles.
+FileAxes readFileAxes(TableReader& table);
+
+/// Reads the other keys of strands of a file that boxes and grooms have in common.
 void readCurvesKeys(TableReader& table, CurvesSpec& curves);
+
+/// Reads the keys of a [box.NAME] table about a mesh, behind `mesh` itself and its axes, and its
+/// tables mesh_material, into rule.mesh. `rule.material` is that of triangles that none of them
+/// means.
+void readMeshBox(TableReader& table, GrowthRule& rule, const Known<Material>& materials);
 
 /// Throws the Error that points at the key if there is no material of that name.
 void requireMaterial(const TableReader& r, const Known<Material>& materials,
@@ -59,6 +67,8 @@ SurfaceSpec readSurface(TableReader& table, const std::string& name,
 /// table gives no name, the name is the word and the number from 1.
 Layer readLayer(TableReader& table, int index);
 Light readLight(TableReader& table, int index);
+/// Reads a [[place]] table, as a layer of one place.
+Layer readPlace(TableReader& table, int index);
 
 /// Reads the array of tables `name` inside `table`; returns no factors if it is absent. If `colour`
 /// is true, the constant is a colour, otherwise a number.

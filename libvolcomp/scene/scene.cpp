@@ -101,6 +101,25 @@ Known<Layer> readLayers(TableReader& r, const Known<GrowthRule>& boxes,
             layer.surface = surfaces.all()[0]->name;
         requireName(table, "box", "box", boxes, layer.box);
         requireName(table, "surface", "surface", surfaces, layer.surface);
+        for (const Avoid& avoid : layer.avoid) {
+            if (!avoid.layer.empty())
+                requireName(table, "avoid", "layer above this one", layers, avoid.layer);
+            else requireName(table, "avoid", "surface", surfaces, avoid.surface);
+            table.require(avoid.surface != layer.surface, "avoid",
+                          "a surface other than the layer's own");
+        }
+        table.require(layers.add(std::move(layer)), "name", "a name that no other layer has");
+    }
+    index = 0;
+    for (auto& table : r.tables({"place", "", "One box at exactly this place"})) {
+        Layer layer = readPlace(table, index++);
+        if (layer.surface.empty() && surfaces.all().size() == 1)
+            layer.surface = surfaces.all()[0]->name;
+        requireName(table, "box", "box", boxes, layer.box);
+        requireName(table, "surface", "surface", surfaces, layer.surface);
+        if (const GrowthRule* rule = boxes.find(layer.box))
+            table.require(layer.places[0].variant < rule->variants, "variant",
+                          "one of the box's variants");
         table.require(layers.add(std::move(layer)), "name", "a name that no other layer has");
     }
     return layers;
@@ -213,6 +232,8 @@ bool removeSurface(Scene& scene, const std::string& surface)
     };
     drop(scene.surfaces, [&](const SurfaceSpec& s) { return s.name == surface; });
     drop(scene.layers, [&](const Layer& l) { return l.surface == surface; });
+    for (Layer& l : scene.layers)
+        drop(l.avoid, [&](const Avoid& avoid) { return avoid.surface == surface; });
     return true;
 }
 

@@ -35,13 +35,22 @@ std::vector<NamedFile> inputsOf(const Layer& layer)
     addMaps(files, "where", layer.where);
     addMaps(files, "size_map", layer.size);
     addMaps(files, "colour", layer.colour);
+    addMaps(files, "tilt_map", layer.tilt_map);
+    addMaps(files, "comb_degrees_map", layer.comb_angle_map);
     add(files, "comb_map", layer.comb_map);
+    add(files, "points", layer.points);
     return files;
 }
 
 std::vector<NamedFile> inputsOf(const GrowthRule& rule)
 {
     std::vector<NamedFile> files;
+    add(files, "mesh", rule.mesh.file);
+    for (const auto& file : rule.files) add(files, "files", file);
+    for (const MeshMatch& m : rule.mesh.materials) {
+        add(files, "texture", m.texture);
+        add(files, "alpha", m.alpha);
+    }
     if (!rule.curves) return files;
     add(files, "curves", rule.curves->file);
     if (std::error_code code; std::filesystem::exists(sidecarOf(rule.curves->file), code))

@@ -56,7 +56,11 @@ void addSurface(Recipe& recipe, const Scene& scene, const SurfaceSpec& s)
 {
     const bool carries = std::any_of(scene.layers.begin(), scene.layers.end(),
                                      [&](const Layer& l) { return l.surface == s.name; });
-    if (carries || hasSkin(s, SkinAs::voxels)) addShape(recipe, s);
+    const bool avoided = std::any_of(scene.layers.begin(), scene.layers.end(), [&](const Layer& l) {
+        return std::any_of(l.avoid.begin(), l.avoid.end(),
+                           [&](const Avoid& a) { return a.surface == s.name; });
+    });
+    if (carries || avoided || hasSkin(s, SkinAs::voxels)) addShape(recipe, s);
     if (hasSkin(s, SkinAs::voxels)) addSkin(recipe, s);
 }
 
@@ -90,6 +94,9 @@ Recipe boxRecipe(const Scene& scene, const GrowthRule& rule)
     if (rule.curves) materials.insert(rule.material);
     for (const GrowthLevel& level : rule.levels)
         materials.insert(level.material.empty() ? rule.material : level.material);
+    addInputs(recipe, prefix, inputsOf(rule));
+    if (!rule.mesh.file.empty()) materials.insert(rule.material);
+    for (const MeshMatch& match : rule.mesh.materials) materials.insert(match.material);
     for (const Material& m : scene.materials)
         if (materials.count(m.name))
             recipe.add("material." + m.name + ".kind",

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -47,11 +48,21 @@ struct MeshReport {
 struct MeshMaterial {
     std::string name;              ///< may be empty: PLY names textures alone
     std::filesystem::path texture; ///< of its diffuse colour (map_Kd); empty: none
+    /// The bytes of the texture if the mesh's file holds them; `texture` is a name for messages
+    /// then.
+    std::shared_ptr<const std::string> embedded;
+    std::filesystem::path alpha; ///< of its own (map_d); empty: none
+    bool cut = false;            ///< cut out where alpha, the texture's or its own, is low
+    double cutoff = 0.5;         ///< alpha below it counts as nothing
+    /// Linear RGB: the colour, or a factor on the texture (glTF's baseColorFactor; OBJ's Kd counts
+    /// without a texture alone).
+    Vec3f colour{1.0f};
 };
 
 /// Successive triangles of one object or group, and of one material.
 struct MeshPart {
-    std::string name;               ///< OBJ: "object", "group" or "object/group"; STL: the solid's
+    std::string name;               ///< OBJ: "object", "group" or "object/group"; STL: the
+                                    ///< solid's; glTF: "node", "mesh" or "node/mesh"
     std::int32_t material = -1;     ///< index into Mesh::materials; -1: none
     std::size_t first = 0, end = 0; ///< its triangles, `end` excluded
 };
@@ -71,9 +82,9 @@ struct Mesh {
     MeshReport report;
 };
 
-/// Reads OBJ, PLY, OFF or STL: what each of the readers in mesh_soup.h says. Polygons are cut into
-/// triangles; they may be concave. Throws Error for a missing, empty, truncated or foreign file,
-/// for coordinates that are not finite and for what is not supported.
+/// Reads OBJ, PLY, OFF, STL or glTF (.gltf, .glb): what each of the readers in mesh_soup.h says.
+/// Polygons are cut into triangles; they may be concave. Throws Error for a missing, empty,
+/// truncated or foreign file, for coordinates that are not finite and for what is not supported.
 Mesh readMesh(const std::filesystem::path& file);
 
 /// Multiplies all points by `scale` and adds `move`, turns triangles as `orientation` says, and

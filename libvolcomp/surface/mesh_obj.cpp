@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <unordered_map>
@@ -53,6 +54,29 @@ std::string_view textureName(MeshText& text)
     return rest;
 }
 
+/// Reads one statement of a material. Colours that are no numbers are left as they were.
+void readMtlKey(const fs::path& file, std::string_view key, MeshText& text, MeshMaterial& m)
+{
+    if (key == "map_Kd") {
+        m.texture = beside(file, textureName(text));
+        m.colour = Vec3f(1.0f);
+    } else if (key == "map_d") {
+        m.alpha = beside(file, textureName(text));
+        m.cut = true;
+    } else if (key == "Kd" && m.texture.empty()) {
+        const std::string words(text.restOfLine());
+        Vec3f c;
+        const char* at = words.c_str();
+        for (int k = 0; k < 3; ++k) {
+            char* end = nullptr;
+            c[k] = std::strtof(at, &end);
+            if (end == at || !std::isfinite(c[k]) || c[k] < 0) return;
+            at = end;
+        }
+        m.colour = c;
+    }
+}
+
 /// Fills in the textures of materials. A library that is missing is no error: the names remain.
 void readMtl(const fs::path& file, std::vector<MeshMaterial>& materials)
 {
@@ -70,8 +94,7 @@ void readMtl(const fs::path& file, std::vector<MeshMaterial>& materials)
     do {
         const std::string_view key = text.word();
         if (key == "newmtl") material = known.find(std::string(text.restOfLine()));
-        else if (key == "map_Kd" && material != known.end())
-            materials[material->second].texture = beside(file, textureName(text));
+        else if (material != known.end()) readMtlKey(file, key, text, materials[material->second]);
     } while (text.nextLine());
 }
 
@@ -173,7 +196,7 @@ private:
     {
         const auto next = static_cast<std::int32_t>(m_soup.materials.size());
         const auto [known, is_new] = m_materials.emplace(name, next);
-        if (is_new) m_soup.materials.push_back({name, {}});
+        if (is_new) m_soup.materials.emplace_back().name = name;
         m_material = known->second;
         m_moved = true;
     }

@@ -121,7 +121,8 @@ Header readHeader(const fs::path& file, std::string_view content)
             h.elements.back().properties.push_back(readProperty(text));
         } else if (key == "comment") {
             if (text.word() == "TextureFile")
-                h.materials.push_back({"", file.parent_path() / std::string(text.restOfLine())});
+                h.materials.emplace_back().texture =
+                    file.parent_path() / std::string(text.restOfLine());
         } else if (key != "obj_info" && !key.empty())
             throw text.error("a line of a PLY header (element, property, end_header)",
                              inQuotes(key));

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kExpected = "a mesh (OBJ, PLY, OFF or STL)";
+const char* const kExpected = "a mesh (OBJ, PLY, OFF, STL or glTF)";
 
 using Reader = PolygonSoup (*)(const fs::path&, std::string_view);
 
@@ -39,6 +39,7 @@ Reader readerFor(const fs::path& file)
     if (ending == ".ply") return readPly;
     if (ending == ".off") return readOff;
     if (ending == ".stl") return readStl;
+    if (ending == ".gltf" || ending == ".glb") return readGltf;
     throw fileError(file, "", kExpected, "a name that ends in '" + ending + "'",
                     "Convert it to OBJ or PLY.");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a mesh file says, before it becomes a Mesh: polygons over points; and the four readers.
+// What a mesh file says, before it becomes a Mesh: polygons over points; and the five readers.
 //
 // The readers are ours because those at hand fail with files that are legal, or with damaged ones.
 // OpenMesh's hang, crash and take memory by what a header says, and round points to floats.
@@ -51,6 +51,8 @@ struct PolygonSoup {
 PolygonSoup readObj(const std::filesystem::path& file, std::string_view text);
 PolygonSoup readPly(const std::filesystem::path& file, std::string_view text);
 PolygonSoup readOff(const std::filesystem::path& file, std::string_view text);
+/// glTF 2.0: the triangles of the default scene's nodes, in metres; both forms, JSON and GLB.
+PolygonSoup readGltf(const std::filesystem::path& file, std::string_view text);
 PolygonSoup readStl(const std::filesystem::path& file, std::string_view text);
 
 } // namespace volcomp

@@ -87,9 +87,10 @@ Vec3f Texture::colour(double u, double v, Wrap wrap) const
     return sum;
 }
 
-Texture readTexture(const std::filesystem::path& file, bool to_linear)
+namespace {
+
+Texture asTexture(const std::filesystem::path& file, ImageFile image, bool to_linear)
 {
-    ImageFile image = readImageFile(file, StoredAlpha::keep);
     const std::size_t channels = image.channels.size();
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
         if (!std::isfinite(image.pixels[i])) {
@@ -107,6 +108,18 @@ Texture readTexture(const std::filesystem::path& file, bool to_linear)
     t.data = image.data;
     t.pixels = std::move(image.pixels);
     return t;
+}
+
+} // namespace
+
+Texture readTexture(const std::filesystem::path& file, bool to_linear)
+{
+    return asTexture(file, readImageFile(file, StoredAlpha::keep), to_linear);
+}
+
+Texture readTexture(const std::filesystem::path& file, std::string_view bytes, bool to_linear)
+{
+    return asTexture(file, readImageBytes(file, bytes, StoredAlpha::keep), to_linear);
 }
 
 } // namespace volcomp

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include "volcomp/base/image_file.h"
@@ -42,5 +43,7 @@ struct Texture {
 /// neither converted nor multiplied in. Throws the Errors of readImageFile(), and Error for NaN and
 /// infinity.
 Texture readTexture(const std::filesystem::path& file, bool to_linear);
+/// The same of an image inside another file, as readImageBytes().
+Texture readTexture(const std::filesystem::path& file, std::string_view bytes, bool to_linear);
 
 } // namespace volcomp

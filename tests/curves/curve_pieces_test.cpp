@@ -154,9 +154,9 @@ TEST_F(Pieces, theUpAxisIsTurnedToY)
         return Vec3d(pieces.skeleton(0)[0].segments[1].b) + pieces.origin(0);
     };
     EXPECT_LT((tip() - Vec3d(0.1, 0.2, 0.5)).length(), 1e-6);
-    r.curves->up = UpAxis::z;
+    r.curves->axes.up = UpAxis::z;
     EXPECT_LT((tip() - Vec3d(0.1, 0.5, -0.2)).length(), 1e-6);
-    r.curves->up = UpAxis::x;
+    r.curves->axes.up = UpAxis::x;
     EXPECT_LT((tip() - Vec3d(-0.2, 0.1, 0.5)).length(), 1e-6);
     r.curves->move = Vec3d(0, 0, 100);
     EXPECT_LT((tip() - Vec3d(-0.2, 0.1, 100.5)).length(), 1e-6);

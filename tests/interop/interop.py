@@ -112,6 +112,34 @@ class Interop(unittest.TestCase):
         self.assertEqual(json.loads(settings)["samples"], 16)
 
     @program("blender")
+    @unittest.skipUnless(module("pxr"), "usd-core is not installed")
+    def test_usd_instancer(self):
+        from pxr import Gf, Usd, UsdGeom
+        files = [self.work + "/placements." + ending for ending in ("json", "usda")]
+        for file in files:
+            run(self.bin + "/volcomp-compose", SCENE, "--boxes", self.work + "/boxes", "-o",
+                self.work + "/placed.vdb", "--placements", file)
+        with open(files[0], encoding="utf-8") as stream:
+            places = json.load(stream)
+        stage = Usd.Stage.Open(files[1])
+        self.assertEqual(UsdGeom.GetStageUpAxis(stage), "Y")
+        self.assertEqual(UsdGeom.GetStageMetersPerUnit(stage), 1)
+        instancer = UsdGeom.PointInstancer(stage.GetDefaultPrim())
+        self.assertTrue(instancer)
+        transforms = instancer.ComputeInstanceTransformsAtTime(
+            Usd.TimeCode.Default(), Usd.TimeCode.Default())
+        self.assertEqual(len(transforms), len(places))
+        names = [str(target.name) for target in instancer.GetPrototypesRel().GetTargets()]
+        for place, matrix, index in zip(places, transforms, instancer.GetProtoIndicesAttr().Get()):
+            self.assertIn(place["box"], names[index])
+            for local in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)):
+                expected = Gf.Vec3d(*place["position"])
+                for share, axis in zip(local, ("x_axis", "y_axis", "z_axis")):
+                    expected += Gf.Vec3d(*place[axis]) * share * place["scale"]
+                found = matrix.Transform(Gf.Vec3d(*local))
+                # Rotations are half floats.
+                self.assertLess((found - expected).GetLength(), 2e-3 * place["scale"] + 1e-6)
+
     @unittest.skipUnless(module("OpenImageIO") and module("numpy"),
                          "python3-openimageio is not installed")
     def test_blender(self):

@@ -46,7 +46,8 @@ void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<Grow
 {
     std::vector<NamedFile> outputs{{"--sheet", sheet}};
     for (const GrowthRule& rule : rules)
-        for (int variant = 0; variant < rule.variants; ++variant)
+        for (int variant = rule.files.empty() ? 0 : rule.variants; variant < rule.variants;
+             ++variant)
             outputs.push_back({"-o", boxFile(directory, rule.name, variant)});
     tool.requireFiles(inputsOf(scene), outputs);
 }
@@ -95,6 +96,10 @@ int main(int argc, char** argv)
         requireOutputs(tool, scene, rules, directory, sheet);
         std::vector<BoxThumbnail> thumbnails;
         for (const GrowthRule& rule : rules) {
+            if (!rule.files.empty()) {
+                tool.say(rule.name + ": has files of its own, nothing to bake");
+                continue;
+            }
             std::uint64_t voxels = 0;
             double voxel = 0;
             openvdb::MetaMap recipe;
@@ -103,9 +108,14 @@ int main(int argc, char** argv)
                 const BoxContents contents(rule);
                 const double edge = voxelOf(scene, rule, contents);
                 for (int variant = 0; variant < rule.variants; ++variant) {
-                    const Box box = bakeSkeleton(
-                        contents.skeleton(variant), rule, scene.materials, variant, edge,
-                        [&](double f) { report(progress, (variant + f) / rule.variants); });
+                    const Progress next = [&](double f) {
+                        report(progress, (variant + f) / rule.variants);
+                    };
+                    const Box box = rule.mesh.file.empty()
+                        ? bakeSkeleton(contents.skeleton(variant), rule, scene.materials, variant,
+                                       edge, next)
+                        : bake(rule, scene.materials, variant, next);
+                    for (const std::string& warning : box.volume.warnings) tool.warn(warning);
                     for (const VolumePart& part : box.volume.parts)
                         voxels += part.density->activeVoxelCount();
                     voxel = box.volume.voxelSize();

@@ -244,7 +244,7 @@ int main(int argc, char** argv)
               "Name of the colour's grid: Cd as in Houdini (the default), or color as in Blender",
               kGridNamesWords);
     tool.app.add_option("--placements", options.placements, "Also write where the boxes stand")
-        ->type_name("FILE.json|.ply");
+        ->type_name("FILE.json|.ply|.usda");
     tool.app
         .add_option(
             "--sheet", options.sheet,

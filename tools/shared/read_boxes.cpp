@@ -21,7 +21,7 @@ void noteRecipe(const Tool& tool, const Scene& scene, const fs::path& file, Stal
 {
     const Recipe recipe = recipeOf(readVolumeMetadata(file));
     for (const GrowthRule& rule : scene.boxes)
-        if (rule.name == used.name)
+        if (rule.name == used.name && rule.files.empty())
             requireFresh(tool, file, recipe, boxRecipe(scene, rule), stale,
                          "Bake it anew with volcomp-bake");
     const std::string hash = recipe.empty() ? Recipe::kUnknown : recipe.hash();
@@ -35,12 +35,19 @@ fs::path boxFile(const fs::path& directory, const std::string& box, int variant)
     return directory / fmt::format("{}_{}.vdb", box, variant + 1);
 }
 
+fs::path boxFile(const Scene& scene, const fs::path& directory, const std::string& box, int variant)
+{
+    for (const GrowthRule& rule : scene.boxes)
+        if (rule.name == box && !rule.files.empty()) return rule.files.at(std::size_t(variant));
+    return boxFile(directory, box, variant);
+}
+
 std::vector<NamedFile> boxFiles(const Scene& scene, const fs::path& directory)
 {
     std::vector<NamedFile> files;
     for (const BoxKind& kind : usedBoxes(scene))
         for (int variant = 0; variant < kind.variants; ++variant)
-            files.push_back({"a box", boxFile(directory, kind.name, variant)});
+            files.push_back({"a box", boxFile(scene, directory, kind.name, variant)});
     return files;
 }
 
@@ -63,7 +70,7 @@ std::vector<UsedBox> readBoxes(const Tool& tool, const Scene& scene, const fs::p
     for (std::size_t k = 0; k < kinds.size(); ++k) {
         used.push_back({kinds[k].name, ""});
         for (int variant = 0; variant < kinds[k].variants; ++variant) {
-            const fs::path file = boxFile(directory, kinds[k].name, variant);
+            const fs::path file = boxFile(scene, directory, kinds[k].name, variant);
             if (!fs::exists(file))
                 throw fileError(file, "",
                                 "the box '" + kinds[k].name + "', variant "

@@ -22,6 +22,10 @@ namespace volcomp {
 std::filesystem::path boxFile(const std::filesystem::path& directory, const std::string& box,
                               int variant);
 
+/// The same for a box of the scene, which may name files of its own.
+std::filesystem::path boxFile(const Scene& scene, const std::filesystem::path& directory,
+                              const std::string& box, int variant);
+
 /// The files of all boxes that the scene's layers use, each as "a box". They need not exist.
 std::vector<NamedFile> boxFiles(const Scene& scene, const std::filesystem::path& directory);
 

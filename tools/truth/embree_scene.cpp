@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,11 @@ namespace {
 constexpr std::uint32_t kNone = RTC_INVALID_GEOMETRY_ID;
 
 /// What the primitives of one Embree geometry are: the round or the flat segments of one part of a
-/// box.
+/// box, or the triangles of one of a mesh.
 struct Source {
-    const std::vector<Segment>* segments = nullptr;
+    const std::vector<Segment>* segments = nullptr;        ///< null for triangles
+    const std::vector<ModelTriangle>* triangles = nullptr; ///< by primitive
+    const std::vector<MeshLook>* looks = nullptr;
     std::vector<std::uint32_t> index; ///< of the segment, by primitive
     const Material* material = nullptr;
     Lobe lobe{};
@@ -116,6 +119,43 @@ RTCGeometry roundPieces(RTCDevice device, const Source& source)
     return g;
 }
 
+/// The texture coordinates of a point of a triangle.
+Vec2d uvAt(const ModelTriangle& t, float u, float v)
+{
+    const Vec2f at = t.uv[0] * (1 - u - v) + t.uv[1] * u + t.uv[2] * v;
+    return {double(at[0]), double(at[1])};
+}
+
+/// Lets rays through where a picture cuts a triangle out.
+void passWhereCut(const RTCFilterFunctionNArguments* a)
+{
+    const auto& source = *static_cast<const Source*>(a->geometryUserPtr);
+    const auto& hit = *reinterpret_cast<const RTCHit*>(a->hit); // single rays alone
+    const ModelTriangle& t = (*source.triangles)[hit.primID];
+    if (!(*source.looks)[std::size_t(t.look)].isThere(uvAt(t, hit.u, hit.v))) a->valid[0] = 0;
+}
+
+/// The triangles of a mesh; `source` must stay where it is.
+RTCGeometry meshTriangles(RTCDevice device, const Source& source)
+{
+    std::vector<std::array<float, 3>> points;
+    std::vector<std::array<unsigned, 3>> corners;
+    points.reserve(3 * source.triangles->size());
+    corners.reserve(source.triangles->size());
+    for (const ModelTriangle& t : *source.triangles) {
+        const auto first = static_cast<unsigned>(points.size());
+        for (const Vec3d& p : t.corners) points.push_back(asFloats(p));
+        corners.push_back({first, first + 1, first + 2});
+    }
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    setBuffer(g, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, points);
+    setBuffer(g, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, corners);
+    rtcSetGeometryUserData(g, const_cast<Source*>(&source)); // Embree's type; it is only read
+    rtcSetGeometryIntersectFilterFunction(g, passWhereCut);
+    rtcSetGeometryOccludedFilterFunction(g, passWhereCut);
+    return g;
+}
+
 /// A piece of a strand at a point of it, in the world.
 struct PieceAt {
     Vec3d axis; ///< unit
@@ -141,7 +181,7 @@ struct EmbreeScene::Impl {
     RTCDevice device = nullptr;
     RTCScene top = nullptr;
     std::vector<RTCScene> boxes;
-    std::vector<std::vector<Source>> box_sources; ///< by box, then by geometry
+    std::vector<std::deque<Source>> box_sources; ///< by box, then by geometry
 
     Impl(const ExactScene& scene, double solid) : exact(scene), solid_radius(solid) { }
     ~Impl()
@@ -180,7 +220,8 @@ struct EmbreeScene::Impl {
         if (!device) throw Error("Embree could not be started");
         top = newScene();
         if (!exact.placed.boxes.empty()) origin = exact.placed.boxes.placements[0].position;
-        for (const Skeleton& box : exact.boxes) addBox(box);
+        for (std::size_t b = 0; b < exact.boxes.size(); ++b)
+            addBox(exact.boxes[b], exact.meshes.empty() ? nullptr : exact.meshes[b].get());
         for (const Placement& p : exact.placed.boxes.placements) addInstance(p);
         rtcCommitScene(top);
         check();
@@ -201,10 +242,19 @@ struct EmbreeScene::Impl {
         skins = std::make_unique<const SkinTracer>(std::move(meshes));
     }
 
-    void addBox(const Skeleton& box)
+    void addBox(const Skeleton& box, const MeshModel* mesh)
     {
         boxes.push_back(newScene());
-        std::vector<Source>& sources = box_sources.emplace_back();
+        std::deque<Source>& sources = box_sources.emplace_back(); // each stays at its address
+        if (mesh)
+            for (const MeshModelPart& part : mesh->parts) {
+                Source& s = sources.emplace_back();
+                s.triangles = &part.triangles;
+                s.looks = &mesh->looks;
+                s.material = &exact.material(part.material);
+                s.lobe = makeLobe(*s.material, 0, normalised());
+                attach(boxes.back(), meshTriangles(device, s));
+            }
         for (const SkeletonPart& part : box)
             for (const bool flat : {false, true}) {
                 Source s;
@@ -243,13 +293,20 @@ struct EmbreeScene::Impl {
     {
         const std::size_t placement_index = found.instID[0];
         const Placement& placement = exact.placed.boxes.placements[placement_index];
+        const Vec3d outward = turnedBy(placement, Vec3f(found.Ng_x, found.Ng_y, found.Ng_z)).unit();
+        Vec3d tint(placement.tint);
+        if (const VoxelTint own = exact.tintOf(placement_index); own.colour)
+            tint = Vec3d(TintWalk(own).at(hit.position));
+        if (source.triangles) {
+            const ModelTriangle& t = (*source.triangles)[found.primID];
+            const MeshLook& look = (*source.looks)[std::size_t(t.look)];
+            hit.colour = Vec3d(look.colourAt(uvAt(t, found.u, found.v))) * tint;
+            hit.direction = outward;
+            return;
+        }
         const Segment& s = (*source.segments)[source.index[found.primID]];
         const PieceAt at = pieceAt(s, placement, hit.position);
-        hit.colour = Vec3d(s.colour_a) * (1 - at.f) + Vec3d(s.colour_b) * at.f;
-        if (const VoxelTint tint = exact.tintOf(placement_index); tint.colour)
-            hit.colour *= Vec3d(TintWalk(tint).at(hit.position));
-        else hit.colour *= Vec3d(placement.tint);
-        const Vec3d outward = turnedBy(placement, Vec3f(found.Ng_x, found.Ng_y, found.Ng_z)).unit();
+        hit.colour = (Vec3d(s.colour_a) * (1 - at.f) + Vec3d(s.colour_b) * at.f) * tint;
         hit.fibre = source.material->kind == MaterialKind::fibre;
         if (!hit.fibre) {
             hit.direction = s.flat() ? at.axis.cross(turnedBy(placement, s.side)).unit() : outward;

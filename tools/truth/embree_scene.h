@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The geometry of an ExactScene in Embree 3: round cones, flat pieces and the triangles of skins.
+// The geometry of an ExactScene in Embree 3: round cones, flat pieces, and the
+// triangles of meshes and of skins.
 #pragma once
 
 #include <cstdint>

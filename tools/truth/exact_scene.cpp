@@ -12,9 +12,9 @@ namespace volcomp {
 std::size_t ExactScene::segmentCount() const
 {
     std::vector<std::size_t> of_box;
-    for (const Skeleton& box : boxes) {
-        of_box.push_back(0);
-        for (const SkeletonPart& part : box) of_box.back() += part.segments.size();
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+        of_box.push_back(meshes[b] ? meshes[b]->triangleCount() : 0);
+        for (const SkeletonPart& part : boxes[b]) of_box.back() += part.segments.size();
     }
     std::size_t count = 0;
     for (const Placement& p : placed.boxes.placements) count += of_box[p.box];
@@ -46,9 +46,20 @@ ExactScene makeExactScene(Scene scene, const Progress& progress)
         const auto rule =
             std::find_if(scene.boxes.begin(), scene.boxes.end(),
                          [&](const GrowthRule& r) { return r.name == kinds[k].name; });
+        if (!rule->files.empty())
+            throw fileError(scene.file, "box " + rule->name, "levels, curves or a mesh, to trace",
+                            "files of voxels");
+        const auto mesh = rule->mesh.file.empty()
+            ? nullptr
+            : std::make_shared<const MeshModel>(loadMeshModel(*rule, scene.materials));
+        if (mesh)
+            exact.warnings.insert(exact.warnings.end(), mesh->warnings.begin(),
+                                  mesh->warnings.end());
         const BoxContents contents(*rule);
-        for (int variant = 0; variant < kinds[k].variants; ++variant)
-            exact.boxes.push_back(contents.skeleton(variant));
+        for (int variant = 0; variant < kinds[k].variants; ++variant) {
+            exact.boxes.push_back(mesh ? Skeleton() : contents.skeleton(variant));
+            exact.meshes.push_back(mesh);
+        }
         report(progress, 0.5 * double(k + 1) / double(kinds.size()));
     }
     exact.placed = place(scene, {}, [&](double f) { report(progress, 0.5 + 0.5 * f); });

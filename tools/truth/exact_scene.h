@@ -4,8 +4,11 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "volcomp/bake/mesh_model.h"
 #include "volcomp/base/progress.h"
 #include "volcomp/compose/voxel_tint.h"
 #include "volcomp/grow/grow.h"
@@ -19,9 +22,12 @@ namespace volcomp {
 struct ExactScene {
     Scene scene;
     std::vector<Skeleton> boxes; ///< by Placement::box: the variants of each kind, kind after kind
+    /// The same for boxes of meshes, whose skeletons are empty; null for those that are grown.
+    std::vector<std::shared_ptr<const MeshModel>> meshes;
+    std::vector<std::string> warnings; ///< of meshes, one sentence each
     PlacedScene placed;
 
-    /// Of all placements together.
+    /// Of all placements together: segments, and triangles of meshes.
     std::size_t segmentCount() const;
     /// The material of that name. Throws Error if the scene has none.
     const Material& material(const std::string& name) const;

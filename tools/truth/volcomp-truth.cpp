@@ -86,6 +86,7 @@ Image makePicture(Tool& tool, const Options& options)
     const ExactParams params = paramsOf(options, scene);
     const ExactScene exact = tool.stage(
         "grow and place", [&](const Progress& p) { return makeExactScene(std::move(scene), p); });
+    for (const std::string& warning : exact.warnings) tool.warn(warning);
     tool.say(fmt::format("{} boxes, {} segments", exact.placed.boxes.size(), exact.segmentCount()));
     const double solid =
         options.solid_radius > 0 ? options.solid_radius : std::numeric_limits<double>::infinity();
