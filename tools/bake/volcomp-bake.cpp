@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 
-#include <fmt/format.h>
-
+#include "tools/bake/bake_stage.h"
 #include "tools/shared/choice.h"
 #include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/read_boxes.h"
 #include "tools/shared/tool.h"
-#include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
 #include "volcomp/inspect/box_sheet.h"
 #include "volcomp/scene/scene.h"
-#include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
-#include "volcomp/volume/vdb_io.h"
 
 using namespace volcomp;
 
@@ -85,35 +81,8 @@ int main(int argc, char** argv)
         const std::vector<GrowthRule> rules = chosenBoxes(scene, only);
         requireOutputs(tool, scene, rules, directory, sheet);
         std::vector<BoxThumbnail> thumbnails;
-        for (const GrowthRule& rule : rules) {
-            std::uint64_t voxels = 0;
-            double voxel = 0;
-            openvdb::MetaMap recipe;
-            recipe.insertMeta(kRecipe, openvdb::StringMetadata(boxRecipe(scene, rule).text()));
-            tool.stage("bake " + rule.name, [&](const Progress& progress) {
-                for (int variant = 0; variant < rule.variants; ++variant) {
-                    const Box box = bake(rule, scene.materials, variant, [&](double f) {
-                        report(progress, (variant + f) / rule.variants);
-                    });
-                    for (const VolumePart& part : box.volume.parts)
-                        voxels += part.density->activeVoxelCount();
-                    voxel = box.volume.voxelSize();
-                    openvdb::MetaMap about(recipe);
-                    about.insertMeta(boxMetadata(rule, variant));
-                    writeVolume(boxFile(directory, rule.name, variant), box.volume, about,
-                                grid_names);
-                    if (!sheet.empty())
-                        thumbnails.push_back(
-                            renderBoxThumbnail(box, scene.materials, scene.render));
-                }
-            });
-            tool.stats["boxes"][rule.name] = {
-                {"variants", rule.variants}, {"voxels", voxels}, {"voxel", voxel}};
-            tool.say(
-                fmt::format("{}: {} of {} voxels of {:.4g} m", rule.name,
-                            rule.variants == 1 ? "1 box" : fmt::format("{} boxes", rule.variants),
-                            voxels, voxel));
-        }
+        const BakeToFiles to{directory, grid_names, sheet.empty() ? nullptr : &thumbnails};
+        for (const GrowthRule& rule : rules) bakeStage(tool, scene, rule, allVariants(rule), to);
         if (!sheet.empty()) writeImage(sheet, contactSheet(thumbnails), {});
     });
 }
