@@ -7,6 +7,7 @@
 #include "tools/shared/choice.h"
 #include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/read_boxes.h"
+#include "tools/shared/scene_option.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/error.h"
 #include "volcomp/inspect/box_sheet.h"
@@ -52,10 +53,10 @@ int main(int argc, char** argv)
     Tool tool("volcomp-bake",
               "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... "
               "DIR/NAME_N.vdb for each [box.NAME].");
-    std::filesystem::path scene_file, directory, sheet;
+    std::filesystem::path directory, sheet;
     std::vector<std::string> only;
     GridNames grid_names = GridNames::houdini;
-    tool.app.add_option("scene", scene_file, "Scene file (TOML)")->required()->type_name("SCENE");
+    const SceneOption scene_option(tool.app);
     tool.app
         .add_option("-o,--output", directory, "Directory for the boxes; made if it is not there")
         ->required()
@@ -71,11 +72,10 @@ int main(int argc, char** argv)
 
     return tool.main(argc, argv, [&] {
         if (!sheet.empty()) requirePictureName(sheet);
-        const Scene scene = readScene(scene_file);
-        for (const std::string& warning : scene.warnings) tool.warn(warning);
+        const Scene scene = scene_option.read(tool);
         if (scene.boxes.empty() && only.empty()) { // a look at a mesh alone needs none
             std::filesystem::create_directories(directory);
-            tool.say(scene_file.string() + ": no boxes");
+            tool.say(scene.file.string() + ": no boxes");
             return;
         }
         const std::vector<GrowthRule> rules = chosenBoxes(scene, only);

@@ -7,14 +7,13 @@
 #include "tools/shared/place_stage.h"
 #include "tools/shared/read_boxes.h"
 #include "volcomp/scene/scene_inputs.h"
+#include "tools/shared/scene_option.h"
 #include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
 #include "volcomp/base/error.h"
-#include "volcomp/inspect/placement_sheet.h"
 #include "volcomp/place/placements_io.h"
 #include "volcomp/scene/scene.h"
 #include "volcomp/scene/scene_recipe.h"
-#include "volcomp/view/image.h"
 #include "volcomp/volume/vdb_io.h"
 
 namespace {
@@ -23,8 +22,8 @@ using namespace volcomp;
 namespace fs = std::filesystem;
 
 struct Options {
-    fs::path scene, output, boxes;
-    fs::path placements, sheet;
+    fs::path output, boxes;
+    fs::path placements;
     std::vector<std::string> leave_out;
     GridNames grid_names = GridNames::houdini;
     double voxel = 0, max_memory_mb = 0;
@@ -37,42 +36,31 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
     std::vector<NamedFile> inputs = inputsOf(scene);
     const std::vector<NamedFile> boxes = boxFiles(scene, options.boxes);
     inputs.insert(inputs.end(), boxes.begin(), boxes.end());
-    tool.requireFiles(
-        inputs,
-        {{"-o", options.output}, {"--placements", options.placements}, {"--sheet", options.sheet}});
+    tool.requireFiles(inputs, {{"-o", options.output}, {"--placements", options.placements}});
 }
 
-/// Writes the placements and the sheet if the options ask for them.
+/// Writes the placements if the options ask for them.
 void writePlaced(Tool& tool, const Options& options, const Scene& scene, const PlacedScene& placed,
                  const std::string& recipe)
 {
     if (!options.placements.empty())
         tool.stage("write placements",
                    [&](const Progress&) { writePlacements(options.placements, placed, recipe); });
-    if (!options.sheet.empty())
-        tool.stage("sheet", [&](const Progress&) {
-            writeImage(
-                options.sheet,
-                placementSheet(placed, scene.camera, scene.render.width, scene.render.height),
-                {{"volcomp/recipe", recipe}});
-        });
 }
 
 /// Reads the scene, changed as the options say, and prints its warnings.
-Scene sceneOf(const Tool& tool, const Options& options)
+Scene sceneOf(const Tool& tool, const SceneOption& file, const Options& options)
 {
-    Scene scene = readScene(options.scene);
-    for (const std::string& warning : scene.warnings) tool.warn(warning);
+    Scene scene = file.read(tool);
     leaveOut(scene, options.leave_out);
     if (options.voxel > 0) scene.compose.voxel = options.voxel;
     return scene;
 }
 
-void run(Tool& tool, const Options& options)
+void run(Tool& tool, const SceneOption& file, const Options& options)
 {
     if (!options.placements.empty()) requirePlacementsName(options.placements);
-    if (!options.sheet.empty()) requirePictureName(options.sheet);
-    const Scene scene = sceneOf(tool, options);
+    const Scene scene = sceneOf(tool, file, options);
     requireOutputs(tool, options, scene);
     const ReadBoxes read = tool.stage("read boxes", [&](const Progress& p) {
         return readBoxes(tool, scene, options.boxes, options.stale, p);
@@ -96,9 +84,7 @@ int main(int argc, char** argv)
     Tool tool("volcomp-compose",
               "Places the scene's boxes on its surfaces and adds them into one sparse volume");
     Options options;
-    tool.app.add_option("scene", options.scene, "Scene file (TOML)")
-        ->required()
-        ->type_name("SCENE");
+    const SceneOption scene(tool.app);
     tool.app.add_option("-o,--output", options.output, "Volume to write")->type_name("VOLUME.vdb");
     tool.app.add_option("--boxes", options.boxes, "Directory of the boxes that volcomp-bake wrote")
         ->required()
@@ -124,15 +110,10 @@ int main(int argc, char** argv)
               kGridNamesWords);
     tool.app.add_option("--placements", options.placements, "Also write where the boxes stand")
         ->type_name("FILE.json|.ply");
-    tool.app
-        .add_option(
-            "--sheet", options.sheet,
-            "Also write a picture of the placements and of each map as it falls on the surface")
-        ->type_name("FILE.png");
     addAllowStale(tool.app, options.stale);
     return tool.main(argc, argv, [&] {
-        if (options.output.empty() && options.placements.empty() && options.sheet.empty())
-            throw Error("nothing to write: expected -o, --placements or --sheet");
-        run(tool, options);
+        if (options.output.empty() && options.placements.empty())
+            throw Error("nothing to write: expected -o or --placements");
+        run(tool, scene, options);
     });
 }

@@ -18,6 +18,7 @@
 #include "volcomp/scene/scene.h"
 #include "volcomp/scene/scene_dome.h"
 #include "volcomp/scene/scene_recipe.h"
+#include "tools/shared/scene_option.h"
 #include "tools/shared/settings.h"
 #include "tools/shared/stale.h"
 #include "tools/shared/tool.h"
@@ -30,7 +31,7 @@ using namespace volcomp;
 namespace fs = std::filesystem;
 
 struct Options {
-    fs::path scene, volume, boxes, cameras;
+    fs::path volume, boxes, cameras;
     PictureFiles files;
     std::string explain; ///< X,Y, or empty
     std::string grid;    ///< of the volume, or empty
@@ -140,15 +141,15 @@ RenderedVolume volumeFor(Tool& tool, const Options& options, const std::vector<C
     return volume;
 }
 
-void run(Tool& tool, const Options& options, const RenderOptions& overrides)
+void run(Tool& tool, const SceneOption& file, const Options& options,
+         const RenderOptions& overrides)
 {
     for (const auto& output : options.files.outputs) requirePictureName(output);
     if (!options.files.preview.empty()) requirePictureName(options.files.preview);
-    Scene scene = readScene(options.scene);
-    for (const std::string& warning : scene.warnings) tool.warn(warning);
+    Scene scene = file.read(tool);
     overrides.apply(scene.render);
     if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
-        tool.warn(options.scene.string()
+        tool.warn(scene.file.string()
                   + ": no [[light]], no [dome] and no ambient light: the volume will be black");
     overrides.apply(scene.look);
     if (!options.explain.empty()) {
@@ -190,7 +191,6 @@ void run(Tool& tool, const Options& options, const RenderOptions& overrides)
 /// The program's own options.
 void addOptions(CLI::App& app, Options& options)
 {
-    app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
     app.add_option("-o,--output", options.files.outputs,
                    "Picture to write, .exr or .png; may be given more than once")
         ->type_name("PICTURE")
@@ -257,9 +257,10 @@ int main(int argc, char** argv)
 {
     Tool tool("volcomp-render", "Renders the volume of a scene to a picture.");
     Options options;
+    const SceneOption scene(tool.app);
     addOptions(tool.app, options);
     addAllowStale(tool.app, options.stale);
     const RenderOptions overrides(tool.app);
     addWatchOptions(tool.app, options);
-    return tool.main(argc, argv, [&] { run(tool, options, overrides); });
+    return tool.main(argc, argv, [&] { run(tool, scene, options, overrides); });
 }

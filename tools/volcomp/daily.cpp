@@ -111,8 +111,7 @@ std::string whyCompose(const Scene& scene, const DailyFiles& files, bool again)
     Recipe made, wanted = placedRecipe(scene, wantedBoxes(scene)), by_scene;
     if (!readRecipe(files.volume, made)) return files.volume.filename().string() + " is unreadable";
     const Recipe asked = composeRecipe(scene, true);
-    for (const auto& [name, value] : asked.entries())
-        wanted.add(kOption + name, value);
+    for (const auto& [name, value] : asked.entries()) wanted.add(kOption + name, value);
     for (const auto& [name, value] : made.entries()) // the voxel follows from the others
         if (name != std::string(kOption) + "voxel") by_scene.add(name, value);
     const std::string why = differenceText(differences(by_scene, wanted));
