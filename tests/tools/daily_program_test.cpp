@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // volcomp does what is out of date, says why, and does nothing else.
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <regex>
+#include <thread>
 
 #include <openvdb/openvdb.h>
 
@@ -188,6 +191,111 @@ TEST_F(Daily, RefusesAFolderWhoseFilesTheSceneReads)
     const Outcome outcome = volcomp("scene.toml");
     EXPECT_EQ(outcome.status, 1) << outcome.output;
     EXPECT_EQ(read("out/scene/scene.png"), kMesh);
+}
+
+TEST_F(Daily, SettingsCountInEveryProgram)
+{
+    stages();
+    const auto done =
+        stages("--set light.light1.strength=2 --set \"box.tuft.level.1.length=0.25\"");
+    EXPECT_TRUE(has(done, "bake tuft")) << said();
+    expectSaid("box.tuft.level.1.length was 0.2 and is 0.25 now");
+    expectSaid("light.light1.strength was [1.0,1.0,1.0] and is [2.0,2.0,2.0] now");
+    EXPECT_TRUE(stages("--set light.1.strength=2 --set box.tuft.level.1.length=0.25").empty());
+
+    const Outcome baked = run("bake", "scene.toml -o boxes --set box.tuft.level.1.length=0.25");
+    ASSERT_EQ(baked.status, 0) << baked.output;
+    EXPECT_TRUE(readBody("boxes/tuft_1.vdb") == readBody("out/scene/boxes/tuft_1.vdb"));
+    expectFailure(run("compose", "scene.toml --boxes boxes -o volume.vdb"),
+                  {"box.tuft.level.1.length was 0.25 and is 0.2 now"}, "volume.vdb");
+    const std::string more = "--set box.tuft.level.1.length=0.25 --set light.1.strength=2";
+    EXPECT_EQ(run("compose", "scene.toml --boxes boxes -o volume.vdb " + more).status, 0);
+    EXPECT_EQ(run("render", "scene.toml --boxes boxes -o a.exr " + more).status, 0);
+    EXPECT_EQ(readImage(path("a.exr")).pixels, readImage(path("out/scene/scene.exr")).pixels);
+    for (const char* program : {"render", "truth"})
+        expectFailure(run(program, "scene.toml -o b.exr --set render.sampels=4"),
+                      {"--set render.sampels=4: unknown key", "did you mean 'samples'?"}, "b.exr");
+}
+
+TEST_F(Daily, ComparesPictures)
+{
+    stages("--tag a");
+    stages("--tag b --set light.1.strength=[2,2,2]");
+    const Outcome outcome = volcomp("compare out/scene/scene.b.exr out/scene/scene.a.exr -o d.png "
+                                    "--stats compared.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("bias           +100 %"), std::string::npos) << outcome.output;
+    const nlohmann::json difference = readJson("compared.json")["difference"];
+    EXPECT_NEAR(difference["bias"], 1, 1e-5);
+    EXPECT_EQ(difference["alpha_rmse"], 0);
+    EXPECT_GT(difference["worst"].size(), 0u);
+    EXPECT_GT(readImage(path("d.png")).width, 3 * 48);
+    const Outcome same = volcomp("compare out/scene/scene.a.png out/scene/scene.a.png");
+    EXPECT_NE(same.output.find("the pictures are equal"), std::string::npos) << same.output;
+    expectFailure(volcomp("compare out/scene/scene.a.png out/scene/scene.a.exr -o e.png"),
+                  {"two pictures of one kind"}, "e.png");
+    expectFailure(volcomp("compare none.exr out/scene/scene.a.exr -o e.png"), {"none.exr"},
+                  "e.png");
+    EXPECT_EQ(volcomp("compare out/scene/scene.a.exr").status, 2);
+}
+
+TEST_F(Daily, DrawsALayoutWithoutBaking)
+{
+    const auto done = stages("--layout");
+    EXPECT_TRUE(has(done, "layout") && !has(done, "bake tuft"));
+    const Image layout = readImage(path("out/scene/scene.layout.png"));
+    EXPECT_GT(layout.width, 48) << "there is a margin around the frame";
+    EXPECT_TRUE(exists("out/scene/scene.maps.png"));
+    EXPECT_FALSE(exists("out/scene/boxes/tuft_1.vdb"));
+    stages("--layout --camera 0,3,4,0,0,0,20");
+    EXPECT_NE(readImage(path("out/scene/scene.layout.png")).pixels, layout.pixels);
+    expectFailure(volcomp("scene.toml --camera 0,3,4,0"), {"--camera", "'0,3,4,0'"}, "x");
+    expectFailure(volcomp("scene.toml --camera 0,3,4,0,3,4"), {"--camera"}, "x");
+    EXPECT_TRUE(has(stages("--camera 0,3,4,0,0,0,20"), "render"));
+}
+
+TEST_F(Daily, WatchesTheSceneAndItsFiles)
+{
+    const std::string folder = path("").string();
+    ASSERT_EQ(std::system(("cd '" + folder
+                           + "' && { '" VOLCOMP_BIN
+                             "/volcomp' scene.toml --watch >watch.txt 2>&1 & echo $! >pid; "
+                             "wait $!; echo $? >status; } &")
+                              .c_str()),
+              0);
+    // Waits until the log has a text that many times.
+    const auto wait = [&](const std::string& text, int times) {
+        for (int i = 0; i < 3000; ++i) {
+            const std::string log = read("watch.txt");
+            int count = 0;
+            for (std::size_t at = log.find(text); at != log.npos; at = log.find(text, at + 1))
+                ++count;
+            if (count >= times) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        return false;
+    };
+    const std::string preview = "out/scene/scene.preview.png";
+    ASSERT_TRUE(wait("is complete", 1)) << read("watch.txt");
+    const auto first = readImage(path(preview)).pixels;
+    writeSceneWith("direction = [-1", "direction = [-1, -2, -2]");
+    ASSERT_TRUE(wait("is complete", 2)) << read("watch.txt");
+    EXPECT_NE(readImage(path(preview)).pixels, first);
+    write("scene.toml", "[render]\nsampels = 3\n");
+    ASSERT_TRUE(wait("did you mean 'samples'?", 1)) << read("watch.txt");
+    write("scene.toml", kScene);
+    ASSERT_TRUE(wait("is complete", 3)) << read("watch.txt");
+    EXPECT_EQ(readImage(path(preview)).pixels, first);
+    // Only the light and the error came between: boxes were read once.
+    const std::string log = read("watch.txt");
+    EXPECT_EQ(log.find("read boxes: "), log.rfind("read boxes: ")) << log;
+    write("where.pgm", "P2\n2 1\n255\n60 60\n");
+    ASSERT_TRUE(wait("is complete", 4)) << read("watch.txt");
+    EXPECT_NE(readImage(path(preview)).pixels, first);
+    ASSERT_EQ(std::system(("kill -INT $(cat '" + folder + "pid')").c_str()), 0);
+    for (int i = 0; i < 3000 && read("status").empty(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_EQ(read("status"), "0\n") << read("watch.txt");
 }
 
 } // namespace

@@ -40,7 +40,7 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
 }
 
 /// Writes the placements if the options ask for them.
-void writePlaced(Tool& tool, const Options& options, const Scene& scene, const PlacedScene& placed,
+void writePlaced(Tool& tool, const Options& options, const PlacedScene& placed,
                  const std::string& recipe)
 {
     if (!options.placements.empty())
@@ -70,7 +70,7 @@ void run(Tool& tool, const SceneOption& file, const Options& options)
     PlaceOptions place_options;
     place_options.keep_uvs = !options.placements.empty();
     PlacedScene placed = placeStage(tool, scene, place_options);
-    writePlaced(tool, options, scene, placed, recipe.hash());
+    writePlaced(tool, options, placed, recipe.hash());
     if (options.output.empty()) return;
 
     composeStage(tool, scene, read.boxes, std::move(placed), std::move(recipe),

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -77,6 +78,7 @@ public:
         m_stamps.reserve(m_files.size());
         for (const fs::path& file : m_files) m_stamps.push_back(stampOf(file));
     }
+    const std::vector<fs::path>& files() const { return m_files; }
     /// The first file that is another one now; empty if there is none.
     fs::path changed() const
     {
@@ -178,17 +180,17 @@ void renderPreview(const Tool& tool, const Scene& scene, const KeptWork& kept,
     tool.say(fmt::format("{} is complete after {:.1f} s", preview.string(), wallSeconds() - start));
 }
 
-/// Makes the preview of the scene as it is now. Returns the files that count for the next one.
-std::vector<fs::path> makePreview(Tool& tool, const fs::path& file,
-                                  const std::function<Scene()>& read, const DailyOptions& options,
-                                  std::vector<fs::path> watched, KeptWork& kept)
+/// Makes the preview of the scene as it is now. Returns the files that count for the next one, as
+/// they were when it was read; `before` if it cannot be read.
+WatchedFiles makePreview(Tool& tool, const fs::path& file, const std::function<Scene()>& read,
+                         const DailyOptions& options, const WatchedFiles& before, KeptWork& kept)
 {
     const double start = wallSeconds();
+    WatchedFiles watched = before;
     try {
         Scene scene = read();
-        watched = usedFiles(scene);
-        const WatchedFiles now(watched);
-        const StopOnChange changed(now);
+        watched = WatchedFiles(usedFiles(scene));
+        const StopOnChange changed(watched);
         const DailyFiles files = dailyFiles(scene, options);
         fs::create_directories(files.boxes);
         prepare(tool, scene, files, options, kept);
@@ -209,21 +211,16 @@ void watchScene(Tool& tool, const fs::path& file, const std::function<Scene()>& 
 {
     const EndOnSignal handler;
     KeptWork kept;
-    std::vector<fs::path> watched{file};
+    tool.say("watching the scene, its maps and its meshes; Ctrl-C ends");
+    WatchedFiles watched({file});
     while (!end_asked) {
-        const WatchedFiles before(watched); // what is saved from now on counts
-        std::vector<fs::path> next = makePreview(tool, file, read, options, watched, kept);
-        const bool others = next != watched;
-        const WatchedFiles after(next);
-        watched = std::move(next);
-        fs::path saved = before.changed();
-        if (saved.empty() && !end_asked)
-            tool.say(others ? "watching the scene, its maps and its meshes; Ctrl-C ends"
-                            : "waiting for the next save");
+        const WatchedFiles before(watched.files()); // as they are now, before the scene is read
+        watched = makePreview(tool, file, read, options, before, kept);
+        fs::path saved;
         while (saved.empty() && !end_asked) {
-            std::this_thread::sleep_for(kPause);
             saved = before.changed();
-            if (saved.empty()) saved = after.changed();
+            if (saved.empty()) saved = watched.changed();
+            if (saved.empty()) std::this_thread::sleep_for(kPause);
         }
         if (!saved.empty()) tool.say(saved.string() + " was saved");
     }
