@@ -289,8 +289,13 @@ TEST_F(Daily, WatchesTheSceneAndItsFiles)
     // Only the light and the error came between: boxes were read once.
     const std::string log = read("watch.txt");
     EXPECT_EQ(log.find("read boxes: "), log.rfind("read boxes: ")) << log;
-    write("where.pgm", "P2\n2 1\n255\n60 60\n");
+    // A camera that comes nearer wants finer voxels than are there.
+    writeSceneWith("eye =", "eye = [0, 0.5, 0.7]");
     ASSERT_TRUE(wait("is complete", 4)) << read("watch.txt");
+    stages();
+    EXPECT_EQ(readImage(path(preview)).pixels, readImage(path("out/scene/scene.png")).pixels);
+    write("where.pgm", "P2\n2 1\n255\n60 60\n");
+    ASSERT_TRUE(wait("is complete", 5)) << read("watch.txt");
     EXPECT_NE(readImage(path(preview)).pixels, first);
     ASSERT_EQ(std::system(("kill -INT $(cat '" + folder + "pid')").c_str()), 0);
     for (int i = 0; i < 3000 && read("status").empty(); ++i)

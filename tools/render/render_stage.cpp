@@ -167,6 +167,13 @@ RenderState startingState(const Tool& tool, const PictureFiles& files,
     return {};
 }
 
+void warnIfDark(const Tool& tool, const Scene& scene)
+{
+    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
+        tool.warn(scene.file.string()
+                  + ": no [[light]], no [dome] and no ambient light: the volume will be black");
+}
+
 std::unique_ptr<const SkinTracer> skinStage(Tool& tool, const Scene& scene)
 {
     if (skinRecipe(scene).empty()) return nullptr;

@@ -36,6 +36,9 @@ bool usesCheckpoint(const PictureFiles& files);
 RenderState startingState(const Tool& tool, const PictureFiles& files,
                           const nlohmann::json& fingerprint);
 
+/// Warns of a scene without any light.
+void warnIfDark(const Tool& tool, const Scene& scene);
+
 /// The skins that are meshes; null if there are none.
 std::unique_ptr<const SkinTracer> skinStage(Tool& tool, const Scene& scene);
 

@@ -148,9 +148,7 @@ void run(Tool& tool, const SceneOption& file, const Options& options,
     if (!options.files.preview.empty()) requirePictureName(options.files.preview);
     Scene scene = file.read(tool);
     overrides.apply(scene.render);
-    if (scene.lights.empty() && scene.render.ambient == Vec3d(0.0) && scene.render.dome.black())
-        tool.warn(scene.file.string()
-                  + ": no [[light]], no [dome] and no ambient light: the volume will be black");
+    warnIfDark(tool, scene);
     overrides.apply(scene.look);
     if (!options.explain.empty()) {
         const Pixel pixel = readPixel("--explain", options.explain);

@@ -176,6 +176,7 @@ RenderState whatIsLeft(const Tool& tool, const fs::path& checkpoint,
 
 void renderPictures(Tool& tool, Scene scene, const DailyFiles& files, const DailyOptions& options)
 {
+    warnIfDark(tool, scene);
     for (const std::string& sun : loadSceneDome(scene)) tool.say(sun);
     RenderedVolume volume;
     if (options.volume) {
