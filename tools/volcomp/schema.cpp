@@ -72,7 +72,7 @@ Json anyOf(std::initializer_list<Json> schemas) { return {{"anyOf", Json(schemas
 /// What a key of a type may be.
 Json typeOf(const KeyDoc& d)
 {
-    const Json number = numberType("number", d.range), text{{"type", "string"}};
+    Json number = numberType("number", d.range), text{{"type", "string"}};
     if (d.type == "number") return number;
     if (d.type == "integer") return numberType("integer", d.range);
     if (d.type == "boolean") return {{"type", "boolean"}};
