@@ -76,7 +76,9 @@ TEST_F(Daily, ALightAndACameraOnlyRender)
     stages();
     for (const auto& [from, to, why] :
          {std::tuple("direction = [-1", "direction = [-1, -2, -2]", "light.light1.direction was ["),
-          std::tuple("eye =", "eye = [0, 1.5, 2.5]", "camera.eye was [0.0,1.5,2.0] and is")}) {
+          std::tuple("eye =", "eye = [0, 1.5, 2.5]", "camera.eye was [0.0,1.5,2.0] and is"),
+          std::tuple("target =", "target = [0, 0, 0]\nfield_of_view_degrees = 30",
+                     "camera.field_of_view_degrees was 40.0 and is 30.0 now")}) {
         writeSceneWith(from, to);
         const auto done = stages();
         EXPECT_TRUE(has(done, "render") && !has(done, "bake tuft")) << said();

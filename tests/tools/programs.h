@@ -122,8 +122,8 @@ protected:
     }
     Outcome runFile(const std::string& program, const std::string& arguments)
     {
-        const std::string command = "cd '" + m_folder.path().string()
-            + "' && '" VOLCOMP_BIN "/" + program + "' " + arguments + " >log.txt 2>&1";
+        const std::string command = "cd '" + m_folder.path().string() + "' && '" VOLCOMP_BIN "/"
+            + program + "' " + arguments + " >log.txt 2>&1";
         const int status = std::system(command.c_str());
         const Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read("log.txt")};
         std::filesystem::remove(path("log.txt"));

@@ -10,7 +10,7 @@ namespace {
 nlohmann::json colour(const Vec3d& c) { return {c[0] + 0.0, c[1] + 0.0, c[2] + 0.0}; } // -0 is 0
 
 /// An angle as scene files have it, without the last digits, which the conversion leaves.
-double degrees(double radians) { return std::round(radians / kDegree * 1e9) * 1e-9; }
+double degrees(double radians) { return std::round(radians / kDegree * 1e9) / 1e9; }
 
 /// What counts of a dome; none is null.
 nlohmann::json settingsOf(const Dome& d)
