@@ -26,15 +26,16 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/volcompConfig.cmake
 # bash-completion's reading of --help.
 find_program(HELP2MAN help2man)
 get_property(programs GLOBAL PROPERTY VOLCOMP_PROGRAMS)
-foreach(program ${programs})
+foreach(target ${programs})
+  get_target_property(program ${target} OUTPUT_NAME)
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/completions/${program} "complete -F _longopt ${program}\n")
   if(HELP2MAN)
     set(page ${CMAKE_CURRENT_BINARY_DIR}/man/${program}.1.gz)
     set(make_page "\"$0\" --no-info --name \"$($1 --help | head -1)\" --include \"$2\" \"$1\"")
     add_custom_command(OUTPUT ${page} VERBATIM
-      DEPENDS ${program} ${CMAKE_CURRENT_SOURCE_DIR}/cmake/manual.h2m
+      DEPENDS ${target} ${CMAKE_CURRENT_SOURCE_DIR}/cmake/manual.h2m
       COMMAND sh -c "${make_page} | gzip -9n > \"$3\"" ${HELP2MAN}
-              $<TARGET_FILE:${program}> ${CMAKE_CURRENT_SOURCE_DIR}/cmake/manual.h2m ${page})
+              $<TARGET_FILE:${target}> ${CMAKE_CURRENT_SOURCE_DIR}/cmake/manual.h2m ${page})
     list(APPEND pages ${page})
   endif()
 endforeach()

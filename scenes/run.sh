@@ -1,24 +1,23 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Bakes the boxes of one scene and renders it from them: scenes/run.sh NAME [SIZE]
+# Makes the picture of one scene, or what of it is out of date: scenes/run.sh NAME [OPTION...]
 # makes out/NAME/NAME.exr and .png from scenes/NAME.toml; if NAME is in a folder (tutorial/2_comb),
 # the picture has its last part (out/tutorial/2_comb/2_comb.exr). Installs and builds what is missing
-# first. SIZE (WIDTHxHEIGHT) overrides the scene's picture size.
+# first, and makes the scene's surfaces and maps. The options are those of volcomp, such as
+# --size 320x240; a size may stand alone.
 set -euo pipefail
 scenes=$(cd "$(dirname "$0")" && pwd)
 
 known() { (cd "$scenes" && ls ./*.toml tutorial/*.toml | sed -e 's|^\./||' -e 's|\.toml$||' | tr '\n' ' '); }
 if [ $# -lt 1 ] || [ ! -f "$scenes/$1.toml" ]; then
-    echo "usage: scenes/run.sh NAME [WIDTHxHEIGHT]; scenes: $(known)" >&2
+    echo "usage: scenes/run.sh NAME [OPTION...]; scenes: $(known)" >&2
     exit 2
 fi
 name=$1
-picture=out/$name/$(basename "$name")
-size=${2:+--size $2}
+shift
+case ${1:-} in [0-9]*x[0-9]*) set -- --size "$@" ;; esac
 
 . "$scenes/prepare.sh" programs
-out=$root/out/$name
-mkdir -p "$out"
 cd "$root"
 maker=$name
 case $name in tutorial/*) maker=hello ;; esac # which stands on the same ball
@@ -33,9 +32,4 @@ for script in "$scenes/$maker"/make_*.py; do
         touch "$stamp"
     fi
 done
-say "baking"
-"$bin/volcomp-bake" "scenes/$name.toml" -o "out/$name/boxes" --stats "out/$name/bake.json"
-say "rendering"
-# shellcheck disable=SC2086
-"$bin/volcomp-render" "scenes/$name.toml" --boxes "out/$name/boxes" $size -o "$picture.exr" -o "$picture.png" --stats "out/$name/render.json"
-say "$picture.png and .exr are ready"
+"$bin/volcomp" "scenes/$name.toml" -o "out/$name" "$@"

@@ -18,7 +18,7 @@ for library in libopenvdb libgmp10 libtbb12 python3-numpy; do
     dpkg-deb -f "$deb" Depends | grep -q "$library" || fail "$library is not among the dependencies"
 done
 dpkg-deb -c "$deb" >"$work/files"
-for file in usr/bin/volcomp-{bake,compose,render,chart} usr/share/man/man1/volcomp-render.1.gz \
+for file in usr/bin/volcomp{,-bake,-compose,-render,-chart} usr/share/man/man1/volcomp{,-render}.1.gz \
     usr/share/doc/volcomp/{copyright,NOTICE,LICENSE} usr/share/volcomp/scenes/run.sh; do
     grep -q " ./$file\$" "$work/files" || fail "the package has no $file"
 done

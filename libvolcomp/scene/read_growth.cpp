@@ -182,9 +182,10 @@ void readColours(TableReader& r, GrowthLevel& l)
 }
 
 GrowthLevel readLevel(TableReader& r, const GrowthRule& rule, const Known<Material>& materials,
-                      std::vector<std::string>& warnings)
+                      const Presets& presets, std::vector<std::string>& warnings)
 {
     GrowthLevel l;
+    r.inherit({"use", "", "a [preset.NAME], whose keys count where this level has none"}, presets);
     readNames(r, rule, materials, l);
     warnOfParent(r, rule, l, warnings);
     readGenerations(r, l);
@@ -199,7 +200,7 @@ GrowthLevel readLevel(TableReader& r, const GrowthRule& rule, const Known<Materi
 } // namespace
 
 GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<Material>& materials,
-                          std::vector<std::string>& warnings)
+                          const Presets& presets, std::vector<std::string>& warnings)
 {
     GrowthRule p;
     p.name = name;
@@ -246,7 +247,7 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
              "One level of the recursion: strands or flat shapes, on the ground or on another level"})) {
         r.require(p.levels.size() < kMostLevels, "level",
                   fmt::format("at most {} levels", kMostLevels));
-        p.levels.push_back(readLevel(table, p, materials, warnings));
+        p.levels.push_back(readLevel(table, p, materials, presets, warnings));
     }
     r.finish();
     p.source = r.record();

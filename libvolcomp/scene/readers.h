@@ -35,10 +35,14 @@ Dome readDome(TableReader& table);                                  ///< [dome]
 Haze readHaze(TableReader& table);                                  ///< [haze]
 Look readLook(TableReader& table);                                  ///< [picture]
 
-/// Reads a [box.NAME] table with its levels. `materials` are those that its keys may name. Appends
-/// to `warnings` what may be a mistake.
+/// The [preset.NAME] tables, which levels may use.
+using Presets = std::vector<std::pair<std::string, const TableReader*>>;
+
+/// Reads a [box.NAME] table with its levels. `materials` and `presets` are those that its keys may
+/// name. Appends to `warnings` what may be a mistake.
 GrowthRule readGrowthRule(TableReader& table, const std::string& name,
-                          const Known<Material>& materials, std::vector<std::string>& warnings);
+                          const Known<Material>& materials, const Presets& presets,
+                          std::vector<std::string>& warnings);
 
 /// Reads a [groom.NAME] table: a rule whose variants are the groom's pieces.
 GrowthRule readGroom(TableReader& table, const std::string& name, const Known<Material>& materials);

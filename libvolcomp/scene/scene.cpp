@@ -12,15 +12,23 @@
 namespace volcomp {
 namespace {
 
+/// A [preset.NAME] table. Nothing is read of it until a level uses it.
+struct Preset {
+    std::string name;
+    std::shared_ptr<const TableReader> table;
+};
+
 /// What a scene file gives to those that include it.
 struct Shared {
+    Known<Preset> presets;
     Known<Material> materials;
     Known<GrowthRule> boxes;
     std::vector<GrowthRule> grooms; ///< the file's own, for nobody else
+    Known<Light> lights;
 };
 
-/// How many materials and boxes all files of a scene may take over from others, each counted once
-/// for each file that takes it: no more than seconds of work.
+/// How many materials, boxes, presets and lights all files of a scene may take over from others,
+/// each counted once for each file that takes it: no more than seconds of work.
 constexpr std::size_t kMostTaken = 5'000'000;
 
 /// Throws the Error that points at the key of `table` if the list has no such name.
@@ -44,14 +52,31 @@ Known<Material> readMaterials(TableReader& r, const std::vector<const Shared*>& 
     return materials;
 }
 
+/// The file's own presets, then those of the included files whose names are not there yet.
+Known<Preset> readPresets(TableReader& r, const std::vector<const Shared*>& included)
+{
+    Known<Preset> presets;
+    for (auto& [name, table] :
+         r.named({"preset", "",
+                  "Keys of [[box.NAME.level]], for levels that name it with 'use'; their own win"}))
+        presets.add({name, std::make_shared<const TableReader>(std::move(table))});
+    for (const Shared* other : included)
+        for (const auto& preset : other->presets.all()) presets.add(preset);
+    return presets;
+}
+
 /// The boxes of the included files, but for those that the file has itself, then its own.
 Known<GrowthRule> readBoxes(TableReader& r, const std::vector<const Shared*>& included,
-                            const Known<Material>& materials, std::vector<std::string>& warnings)
+                            const Known<Material>& materials, const Known<Preset>& presets,
+                            std::vector<std::string>& warnings)
 {
+    Presets usable;
+    usable.reserve(presets.all().size());
+    for (const auto& preset : presets.all()) usable.emplace_back(preset->name, preset->table.get());
     Known<GrowthRule> own, boxes;
     for (auto& [name, table] :
          r.named({"box", "", "A kind of volume box, grown by a recursive function"}))
-        own.add(readGrowthRule(table, name, materials, warnings));
+        own.add(readGrowthRule(table, name, materials, usable, warnings));
     for (const Shared* other : included)
         for (const auto& box : other->boxes.all())
             if (!own.find(box->name)) boxes.add(box);
@@ -125,13 +150,16 @@ Known<Layer> readLayers(TableReader& r, const Known<GrowthRule>& boxes,
     return layers;
 }
 
-Known<Light> readLights(TableReader& r)
+/// The file's own lights, then those of the included files whose names are not there yet.
+Known<Light> readLights(TableReader& r, const std::vector<const Shared*>& included)
 {
     Known<Light> lights;
     int index = 0;
     for (auto& table : r.tables({"light", "", "A light; any number of them"}))
         table.require(lights.add(readLight(table, index++)), "name",
                       "a name that no other light has");
+    for (const Shared* other : included)
+        for (const auto& light : other->lights.all()) lights.add(light);
     return lights;
 }
 
@@ -155,6 +183,15 @@ void warnOfHaze(const TableReader& r, const RenderParams& render,
                          "Give it one, such as height = 30, or set visible = false in [dome].");
 }
 
+/// Lets tables of an included file give what the file leaves out. A dome is of one kind, so it
+/// comes whole or not at all.
+void shareTables(TableReader& r, const TableReader& included)
+{
+    for (const char* key : {"camera", "compose", "render", "haze", "picture"})
+        r.share(included, key);
+    r.share(included, "dome", true);
+}
+
 /// Reads one file, all but its materials and boxes into `s`, whose warnings grow.
 Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s)
 {
@@ -162,7 +199,8 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     s.file = r.file();
     r.paths(kIncludeKey, {}); // openSceneFiles() has followed them
     shared.materials = readMaterials(r, included);
-    shared.boxes = readBoxes(r, included, shared.materials, s.warnings);
+    shared.presets = readPresets(r, included);
+    shared.boxes = readBoxes(r, included, shared.materials, shared.presets, s.warnings);
     shared.grooms = readGrooms(r, shared.boxes, shared.materials);
     const Known<SurfaceSpec> surfaces = readSurfaces(r, shared.materials, s.warnings);
     s.surfaces = copied(surfaces);
@@ -171,7 +209,8 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
     s.compose = readCompose(compose);
     TableReader camera = r.table({"camera", "", "Where the picture is taken from"});
     s.camera = readCamera(camera);
-    s.lights = copied(readLights(r));
+    shared.lights = readLights(r, included);
+    s.lights = copied(shared.lights);
     TableReader render = r.table({"render", "", "The picture and how it is computed"});
     s.render = readRender(render);
     TableReader dome = r.table(
@@ -190,9 +229,9 @@ Shared read(TableReader& r, const std::vector<const Shared*>& included, Scene& s
 
 } // namespace
 
-Scene readScene(const std::filesystem::path& file)
+Scene readScene(const std::filesystem::path& file, const std::vector<std::string>& settings)
 {
-    std::vector<SceneFile> files = openSceneFiles(file);
+    std::vector<SceneFile> files = openSceneFiles(file, settings);
     std::vector<Shared> shared(files.size());
     Scene scene;
     std::size_t taken = 0;
@@ -200,10 +239,12 @@ Scene readScene(const std::filesystem::path& file)
         std::vector<const Shared*> included;
         for (const std::size_t other : files[i].includes) {
             included.push_back(&shared[other]);
-            taken += shared[other].materials.all().size() + shared[other].boxes.all().size();
+            taken += shared[other].materials.all().size() + shared[other].boxes.all().size()
+                + shared[other].lights.all().size() + shared[other].presets.all().size();
+            shareTables(files[i].table, files[other].table);
         }
         files[i].table.require(taken <= kMostTaken, "include",
-                               "includes that bring fewer materials and boxes");
+                               "includes that bring fewer materials, boxes, presets and lights");
         shared[i] = read(files[i].table, included, scene);
         scene.scene_files.push_back(files[i].table.file());
     }

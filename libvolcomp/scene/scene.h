@@ -45,7 +45,11 @@ struct Scene {
 /// not as scenes/README.md says: wrong syntax, unknown and missing keys, wrong types, values out of
 /// range and names that nothing has. It opens the scene and the scenes that this includes, but no
 /// mesh and no image.
-Scene readScene(const std::filesystem::path& file);
+///
+/// Each setting KEY=VALUE counts as if the file said it: a dotted key, in which a part after the
+/// name of an array is the name or the number (from 1) of one of its tables, such as
+/// light.rim.strength=2. A value that is none of TOML's is a word.
+Scene readScene(const std::filesystem::path& file, const std::vector<std::string>& settings = {});
 
 /// Returns every file that the scene names, sorted and without repetition: its scene_files, and
 /// the meshes and images of its tables. They need not exist.

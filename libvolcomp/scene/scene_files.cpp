@@ -6,18 +6,23 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <unordered_map>
 
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
+#include "volcomp/scene/scene_settings.h"
 #include "volcomp/scene/scene_text.h"
 
 namespace volcomp {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The tables that a file takes over from those that it includes, one by one by their names.
+constexpr std::string_view kSharedByName[] = {"material", "box", "light", "preset"};
 
 constexpr std::size_t kMostFiles = 10'000, kMostIncludes = 100'000;
 
@@ -118,12 +123,44 @@ private:
     std::size_t m_includes = 0;
 };
 
+/// The file whose table of that name counts: the scene's own, or else that of the first file that
+/// it includes, and so on. The scene itself if there is none, or if included files do not count
+/// there.
+std::size_t ownerOf(const std::vector<SceneFile>& files, const Setting& setting)
+{
+    const std::string table(setting.file->table.cbegin()->first.str());
+    const std::size_t scene = files.size() - 1;
+    if (std::find(std::begin(kSharedByName), std::end(kSharedByName), table)
+        == std::end(kSharedByName))
+        return scene;
+    std::vector<bool> seen(files.size());
+    std::vector<std::size_t> next{scene};
+    while (!next.empty()) {
+        const std::size_t file = next.back();
+        next.pop_back();
+        if (seen[file]) continue;
+        seen[file] = true;
+        if (files[file].table.holds(setting)) return file;
+        next.insert(next.end(), files[file].includes.rbegin(), files[file].includes.rend());
+    }
+    return scene;
+}
+
 } // namespace
 
 const Key kIncludeKey{
     "include", "",
-    "scene files, relative to this one, whose materials and boxes are used here as well; this file's own win"};
+    "scene files, relative to this one, whose materials, boxes, presets and lights are used here as well, and whose [camera], [compose], [render], [haze] and [picture] give the keys that this file leaves out; their [dome] counts if this file has none. This file's own win"};
 
-std::vector<SceneFile> openSceneFiles(const fs::path& file) { return Opener().open(file); }
+std::vector<SceneFile> openSceneFiles(const fs::path& file,
+                                      const std::vector<std::string>& settings)
+{
+    std::vector<SceneFile> files = Opener().open(file);
+    for (const std::string& text : settings) {
+        Setting setting = readSetting(text);
+        files[ownerOf(files, setting)].table.set(setting);
+    }
+    return files;
+}
 
 } // namespace volcomp

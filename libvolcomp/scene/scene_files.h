@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "volcomp/scene/toml_reader.h"
@@ -23,6 +24,10 @@ struct SceneFile {
 /// Opens a scene and all that it includes, each file once. A file comes after those that it
 /// includes, the scene itself comes last. Throws Error, with the line, if a file does not exist,
 /// if files include each other, and if there are more than 10,000 files or 100,000 includes.
-std::vector<SceneFile> openSceneFiles(const std::filesystem::path& file);
+///
+/// Each setting KEY=VALUE then changes the file whose material, box or light it is about, or else
+/// the scene itself. Throws Error as applySetting() does.
+std::vector<SceneFile> openSceneFiles(const std::filesystem::path& file,
+                                      const std::vector<std::string>& settings = {});
 
 } // namespace volcomp

@@ -85,6 +85,35 @@ std::string without(const std::string& text, std::size_t count)
     return text.substr(std::min(at, text.size()));
 }
 
+/// A text without spaces at its ends.
+std::string trimmed(const std::string& text)
+{
+    const std::size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
+    return first == text.npos ? std::string() : text.substr(first, last - first + 1);
+}
+
+/// One part of a dotted key, in quotation marks if it needs them.
+std::string keyPart(const std::string& part)
+{
+    constexpr const char* kBare =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+    return !part.empty() && part.find_first_not_of(kBare) == part.npos ? part : '"' + part + '"';
+}
+
+/// A dotted key as TOML wants it. One with quotation marks stays as it is.
+std::string dottedKey(const std::string& key)
+{
+    if (key.find_first_of("\"'") != key.npos) return key;
+    std::string result;
+    for (std::size_t at = 0; at <= key.size();) {
+        const std::size_t end = std::min(key.find('.', at), key.size());
+        if (at > 0) result += '.';
+        result += keyPart(key.substr(at, end - at));
+        at = end + 1;
+    }
+    return result;
+}
+
 Error notToml(const TomlFile& file, const toml::parse_error& error)
 {
     std::string what(error.description());
@@ -97,6 +126,21 @@ Error notToml(const TomlFile& file, const toml::parse_error& error)
 } // namespace
 
 std::string printable(const std::string& text) { return firstOf(text, kShownValue); }
+
+const TomlFile& TomlFile::of(const toml::source_region& at) const
+{
+    if (at.path)
+        for (const auto& other : others)
+            if (other->file.string() == *at.path) return *other;
+    return *this;
+}
+
+std::string TomlFile::placeOf(const toml::source_region& at) const
+{
+    const TomlFile& from = of(at);
+    return from.is_setting ? from.file.string()
+                           : fmt::format("{}:{}", from.file.string(), at.begin.line);
+}
 
 std::string TomlFile::line(std::size_t number) const
 {
@@ -114,6 +158,7 @@ std::string TomlFile::pointed(const std::string& message, const toml::source_reg
                               const std::string& note) const
 {
     if (at.begin.line == 0 || at.begin.column == 0) return message;
+    if (&of(at) != this) return of(at).pointed(message, at, note);
     const std::size_t column = at.begin.column - 1,
                       from = column < kShownLine - 20 ? 0 : column - 20;
     const std::string shown = firstOf(without(line(at.begin.line), from), kShownLine);
@@ -131,13 +176,14 @@ std::string TomlFile::pointed(const std::string& message, const toml::source_reg
 std::string TomlFile::shown(const toml::source_region& at) const
 {
     if (at.begin.line == 0 || at.begin.column == 0) return "a value";
+    if (&of(at) != this) return of(at).shown(at);
     const std::string rest = without(line(at.begin.line), at.begin.column - 1);
     if (at.end.line > at.begin.line) return firstOf(rest, kShownValue) + "...";
     const std::size_t length = at.end.column - std::min(at.begin.column, at.end.column);
     return firstOf(rest.substr(0, rest.size() - without(rest, length).size()), kShownValue);
 }
 
-std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, ReadBudget& budget)
+std::shared_ptr<TomlFile> parseToml(const std::filesystem::path& file, ReadBudget& budget)
 {
     auto result = std::make_shared<TomlFile>();
     result->file = file;
@@ -145,7 +191,7 @@ std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, Rea
     budget.bytes -= result->text.size();
     requireFlat(*result, budget);
     try {
-        result->table = toml::parse(std::string_view(result->text));
+        result->table = toml::parse(std::string_view(result->text), file.string());
     } catch (const toml::parse_error& error) {
         throw notToml(*result, error);
     } catch (const std::logic_error& error) {
@@ -155,6 +201,38 @@ std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, Rea
         throw fileError(file, "", "a scene", "an empty file",
                         "scenes/README.md shows what a scene holds.");
     return result;
+}
+
+std::shared_ptr<TomlFile> parseSetting(const std::string& text)
+{
+    auto result = std::make_shared<TomlFile>();
+    result->file = "--set " + printable(text);
+    result->is_setting = true;
+    const auto fail = [&](const std::string& found) {
+        return Error(result->file.string()
+                     + ": expected KEY=VALUE, such as light.rim.strength=\"#ffcc88\" or "
+                       "render.samples=4, found "
+                     + found);
+    };
+    const std::size_t equals = text.find('=');
+    if (equals == text.npos || equals == 0 || text[0] == '[')
+        throw fail(equals == 0 ? "no key" : equals == text.npos ? "no =" : "a bracket first");
+    const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+    if (std::any_of(text.begin(), text.end(), control)) throw fail("control characters");
+    const std::string key = dottedKey(trimmed(text.substr(0, equals))),
+                      value = trimmed(text.substr(equals + 1));
+    for (const bool as_word : {false, true}) {
+        if (as_word && value.find_first_of("\"'\\\n") != value.npos) break;
+        result->text = key + '=' + (as_word ? '"' + value + '"' : value);
+        ReadBudget budget;
+        requireFlat(*result, budget);
+        try {
+            result->table = toml::parse(std::string_view(result->text), result->file.string());
+            if (!result->table.empty()) return result;
+        } catch (const std::exception&) { // then it is a word, or nothing
+        }
+    }
+    throw fail("what is no value of TOML");
 }
 
 } // namespace volcomp

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #define TOML_HEADER_ONLY 0
 // toml++ 3.3.0 asks of each character outside of ASCII whether it is a space, and for most letters
@@ -28,7 +29,15 @@ struct TomlFile {
     std::filesystem::path file;
     std::string text;
     toml::table table;
+    /// Files whose values are used beside this one's: settings, which are no files, and what is
+    /// inherited. A value's region says which of them it comes from.
+    std::vector<std::shared_ptr<const TomlFile>> others;
+    bool is_setting = false; ///< `file` is then what the command line says, and has no lines
 
+    /// The file of a region.
+    const TomlFile& of(const toml::source_region& at) const;
+    /// "FILE:LINE" of a region; of a setting without a line.
+    std::string placeOf(const toml::source_region& at) const;
     /// Returns a line without its end; an empty text if there is none of that number.
     std::string line(std::size_t number) const;
     /// Returns the message with the line of the file below it, and `note` under the region. At most
@@ -41,7 +50,11 @@ struct TomlFile {
 
 /// Reads a file and takes what it holds from the budget. Throws Error if it cannot be read, is no
 /// TOML, holds no key, or exceeds the budget or the depth that toml_check.h allows.
-std::shared_ptr<const TomlFile> parseToml(const std::filesystem::path& file, ReadBudget& budget);
+std::shared_ptr<TomlFile> parseToml(const std::filesystem::path& file, ReadBudget& budget);
+
+/// Parses KEY=VALUE, where the key is dotted and the value as in a file; a word that is no value of
+/// TOML means itself. Throws Error if it is anything else.
+std::shared_ptr<TomlFile> parseSetting(const std::string& text);
 
 /// Returns a text for a message: at most 60 characters, control characters and damaged UTF-8 as
 /// '?'.

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volcomp/scene/toml_reader.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "volcomp/base/error.h"
 #include "volcomp/base/text.h"
+#include "volcomp/scene/scene_settings.h"
 #include "volcomp/scene/scene_text.h"
 #include "volcomp/scene/toml_state.h"
 
@@ -57,10 +59,7 @@ TableReader TableReader::describing(std::vector<KeyDoc>& docs)
     return TableReader(std::move(state));
 }
 
-bool TableReader::has(const char* name) const
-{
-    return m_state->value && m_state->value->contains(name);
-}
+bool TableReader::has(const char* name) const { return m_state->look(name) != nullptr; }
 bool TableReader::isDescribing() const { return m_state->docs != nullptr; }
 const fs::path& TableReader::file() const { return m_state->file; }
 fs::path TableReader::folder() const
@@ -75,7 +74,69 @@ TableReader TableReader::table(const Key& key)
     if (m_state->docs) m_state->docs->push_back({name, "", "table", "", "", "", key.meaning});
     const auto* v = m_state->find(key);
     if (v && !v->is_table()) m_state->fail(*v, key.name, fmt::format("a table [{}]", name));
-    return TableReader(m_state->child(name, v ? v->as_table() : nullptr));
+    auto child = m_state->child(name, v ? v->as_table() : nullptr);
+    if (const auto shared = m_state->shared.find(key.name); shared != m_state->shared.end())
+        for (const auto& [table, source] : shared->second) child->inherited.push_back(table);
+    return TableReader(std::move(child));
+}
+
+void TableReader::set(Setting& setting)
+{
+    m_state->source->others.push_back(setting.file);
+    applySetting(m_state->source->table, setting);
+}
+
+bool TableReader::holds(const Setting& setting) const
+{
+    return m_state->value && holdsSetting(*m_state->value, setting);
+}
+
+void TableReader::share(const TableReader& included, const char* key, bool whole)
+{
+    constexpr std::size_t kMost = 32;
+    auto& ours = m_state->shared[key];
+    if (whole && (has(key) || !ours.empty())) return;
+    const auto add = [&](const toml::table* table, const std::shared_ptr<TomlFile>& source) {
+        const auto is_it = [&](const auto& other) { return other.first == table; };
+        if (std::any_of(ours.begin(), ours.end(), is_it)) return;
+        require(ours.size() < kMost, "include",
+                fmt::format("at most {} included files with a table [{}]", kMost, key));
+        ours.emplace_back(table, source);
+        m_state->source->others.push_back(source);
+    };
+    const State& theirs = *included.m_state;
+    const toml::node* own = theirs.value->get(key);
+    if (own && own->is_table()) add(own->as_table(), theirs.source);
+    if (const auto more = theirs.shared.find(key); more != theirs.shared.end() && !(whole && own))
+        for (const auto& [table, source] : more->second) {
+            if (whole && !ours.empty()) break;
+            add(table, source);
+        }
+}
+
+void TableReader::inherit(const Key& key,
+                          const std::vector<std::pair<std::string, const TableReader*>>& from)
+{
+    m_state->describe(key, "string", "\"\"", "");
+    const toml::node* v = m_state->find(key);
+    if (!v) return;
+    if (!v->is_string()) m_state->fail(*v, key.name, "a string");
+    std::vector<std::string> names;
+    names.reserve(from.size());
+    for (const auto& [name, table] : from) {
+        names.push_back(name);
+        if (name != v->as_string()->get()) continue;
+        if (const toml::node* nested = table->m_state->look(key.name))
+            table->m_state->fail(*nested, key.name, "no such key in what is used itself");
+        m_state->inherited.push_back(table->m_state->value);
+        m_state->source->others.push_back(table->m_state->source);
+        return;
+    }
+    const std::string hint = spellingHint(v->as_string()->get(), names);
+    m_state->fail(*v, key.name,
+                  hint.empty() ? "a name that there is: "
+                          + (names.empty() ? "there is none" : joined(names, ", "))
+                               : "a name that there is (did you mean '" + hint + "'?)");
 }
 
 std::vector<TableReader> TableReader::tables(const Key& key)
@@ -133,27 +194,31 @@ std::vector<std::pair<std::string, TableReader>> TableReader::named(const Key& k
 void TableReader::require(bool holds, const char* name, const std::string& expected) const
 {
     if (holds || m_state->docs) return;
-    const toml::node* v = m_state->value ? m_state->value->get(name) : nullptr;
-    if (v) m_state->fail(*v, name, expected);
+    if (const toml::node* v = m_state->look(name)) m_state->fail(*v, name, expected);
     throw Error(fmt::format("{}: {}: expected {}", place(), m_state->path(name), expected));
 }
 
 void TableReader::finish() const
 {
-    if (m_state->docs || !m_state->value) return;
+    if (m_state->docs) return;
     const auto& known = m_state->known;
     const toml::key* first = nullptr; // in the file
-    for (const auto& [key, v] : *m_state->value)
-        if (std::find(known.begin(), known.end(), key.str()) == known.end()
-            && (!first || key.source().begin < first->source().begin))
-            first = &key;
+    const auto look = [&](const toml::table& table) {
+        for (const auto& [key, v] : table)
+            if (std::find(known.begin(), known.end(), key.str()) == known.end()
+                && (!first || key.source().begin < first->source().begin))
+                first = &key;
+    };
+    if (m_state->value) look(*m_state->value);
+    for (const toml::table* table : m_state->inherited)
+        if (!first) look(*table);
     if (!first) return;
     const std::string name(first->str()), hint = spellingHint(name, known);
     const std::string advice =
         hint.empty() ? "known keys here: " + joined(known, ", ") : "did you mean '" + hint + "'?";
     const toml::source_region& at = first->source();
     throw Error(m_state->source->pointed(
-        fmt::format("{}:{}: unknown key '{}'; {}", file().string(), at.begin.line,
+        fmt::format("{}: unknown key '{}'; {}", m_state->source->placeOf(at),
                     m_state->path(printable(name).c_str()), advice),
         at, advice));
 }

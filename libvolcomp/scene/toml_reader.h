@@ -49,6 +49,8 @@ struct Key {
 /// bytes.
 bool isName(const std::string& text);
 
+struct Setting;
+
 /// One table of the file.
 class TableReader {
 public:
@@ -60,6 +62,17 @@ public:
     /// A reader of no file. Every call adds a row to `docs` and returns its default; for a required
     /// key it returns the low end of the range, or zero.
     static TableReader describing(std::vector<KeyDoc>& docs);
+
+    /// Changes the root table of a file as a setting says (scene_settings.h), whose value moves
+    /// over. Throws Error if there is no such table in an array.
+    void set(Setting& setting);
+    /// Whether the root table of a file has the named table, or the table of that name in an array,
+    /// that a setting is about.
+    bool holds(const Setting& setting) const;
+    /// Lets the tables of these keys of an included file count: a key that is in none of ours comes
+    /// from there. If `whole` is set, none comes to a table that we have. Throws Error if there are
+    /// more tables of one key than anyone can look through.
+    void share(const TableReader& included, const char* key, bool whole = false);
 
     TableReader(TableReader&&) noexcept;
     ~TableReader();
@@ -92,7 +105,7 @@ public:
 
     /// Three numbers. A single number is not accepted.
     Vec3d vector(const Key&, std::optional<Vec3d> fallback, Interval range = kAny);
-    /// Linear RGB: three numbers, or "#rrggbb", which is sRGB and is converted.
+    /// Linear RGB: three numbers, or one for grey, or "#rrggbb", which is sRGB and is converted.
     Vec3d colour(const Key&, std::optional<Vec3d> fallback, Interval range = kNotNegative);
     /// A vector that is not zero; it is returned at unit length.
     Vec3d direction(const Key&, std::optional<Vec3d> fallback);
@@ -120,6 +133,11 @@ public:
     std::vector<TableReader> tables(const Key&);
     /// The tables [name.X] with their X, sorted by it. While describing: one, called NAME.
     std::vector<std::pair<std::string, TableReader>> named(const Key&);
+
+    /// Lets the table of the list that the key names count where this one has no key; finish() then
+    /// also looks for unknown keys in it. The key is no part of the record. Throws Error if there
+    /// is none of that name, or if it has this key itself.
+    void inherit(const Key&, const std::vector<std::pair<std::string, const TableReader*>>& from);
 
     /// Throws an Error that points at the key's value unless `holds`. Does nothing while
     /// describing.

@@ -62,12 +62,20 @@ const toml::node* TableReader::State::find(const Key& key) const
 {
     if (std::find(known.begin(), known.end(), key.name) == known.end())
         known.emplace_back(key.name);
-    return value ? value->get(key.name) : nullptr;
+    return look(key.name);
+}
+
+const toml::node* TableReader::State::look(std::string_view key) const
+{
+    if (const toml::node* v = value ? value->get(key) : nullptr) return v;
+    for (const toml::table* table : inherited)
+        if (const toml::node* v = table->get(key)) return v;
+    return nullptr;
 }
 
 std::string TableReader::State::at(const toml::node& v) const
 {
-    return fmt::format("{}:{}", file.string(), v.source().begin.line);
+    return source->placeOf(v.source());
 }
 
 std::string TableReader::State::path(const char* key) const

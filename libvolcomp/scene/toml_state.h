@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -41,12 +43,21 @@ struct TableReader::State {
     std::filesystem::path file;
     std::string name;                       ///< dotted, as the documentation shows it
     const toml::table* value = nullptr;     ///< the table; null if it is absent
-    std::shared_ptr<const TomlFile> source; ///< keeps `value` alive; null while describing
+    std::shared_ptr<TomlFile> source;       ///< keeps `value` alive; null while describing
     std::vector<KeyDoc>* docs = nullptr;    ///< not null while describing
     mutable std::vector<std::string> known; ///< the keys that were read
     std::shared_ptr<std::string> record;    ///< TableReader::record(), with that of inner tables
     std::string prefix;                     ///< of this table's keys in the record
 
+    /// Tables whose keys count where `value` has none, the first first.
+    std::vector<const toml::table*> inherited;
+    /// Of the root of a file: the tables of included files by the name of their key, each with the
+    /// file that it is in.
+    std::map<std::string, std::vector<std::pair<const toml::table*, std::shared_ptr<TomlFile>>>>
+        shared;
+
+    /// The value of a key, here or inherited; null if it is absent.
+    const toml::node* look(std::string_view key) const;
     /// The value of a key, which counts as read from then on; null if it is absent.
     const toml::node* find(const Key& key) const;
     /// "table.key", as messages show it.

@@ -104,16 +104,19 @@ fs::path TableReader::path(const Key& key, std::optional<std::string> fallback)
 {
     m_state->describe(key, "path", fallback ? '"' + *fallback + '"' : "required", "");
     std::string given;
+    fs::path from = folder();
     if (const auto* v = m_state->find(key)) {
         if (!v->is_string() || !isPath(v->as_string()->get()))
             m_state->fail(*v, key.name, "a path of printable characters");
         given = v->as_string()->get();
+        const TomlFile& file = m_state->source->of(v->source()); // it may be inherited
+        if (&file != m_state->source.get() && !file.is_setting) from = file.file.parent_path();
     } else {
         if (!fallback) m_state->missing(key, "a path, relative to the scene file");
         given = fallback.value_or("");
     }
     m_state->noted(key, given);
-    return given.empty() ? fs::path() : folder() / given;
+    return given.empty() ? fs::path() : from / given;
 }
 
 std::vector<fs::path> TableReader::paths(const Key& key, std::vector<fs::path> fallback)
@@ -180,8 +183,8 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
 {
     m_state->describe(key, "colour", fallback ? vectorText(*fallback) : "required",
                       rangeText(range));
-    const std::string expected =
-        withRange("a colour, [r, g, b] (linear) or \"#rrggbb\" (sRGB),", range);
+    const std::string expected = withRange(
+        "a colour, [r, g, b] or one number for grey (linear), or \"#rrggbb\" (sRGB),", range);
     if (const auto* v = m_state->find(key)) {
         if (v->is_string()) {
             const std::string& s = v->as_string()->get();
@@ -194,6 +197,8 @@ Vec3d TableReader::colour(const Key& key, std::optional<Vec3d> fallback, Interva
                                         linearFromSrgb((rgb >> 8 & 255) / 255.0),
                                         linearFromSrgb((rgb & 255) / 255.0)));
         }
+        if (v->is_number())
+            return m_state->noted(key, Vec3d(m_state->real(*v, key.name, range, expected)));
         const auto x = m_state->reals(*v, key.name, range, expected);
         if (x.size() != 3) m_state->fail(*v, key.name, expected);
         return m_state->noted(key, Vec3d(x[0], x[1], x[2]));

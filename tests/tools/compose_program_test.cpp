@@ -177,49 +177,5 @@ TEST_F(Programs, VoxelPixelsIsTheVoxelInPixels)
     }
 }
 
-// Seen from far above, x in metres is proportional to x in pixels: the left panel has a red mark
-// three pixels wide around each placement and the ground's grey elsewhere, the right panel the map,
-// which is linear between the centres of its two texels.
-TEST_F(Programs, TheSheetShowsPlacementsAndMaps)
-{
-    ASSERT_EQ(bake().status, 0);
-    constexpr int kWidth = 96, kHeight = 64, kTop = 30; // above it are labels
-    writeSceneWith(
-        {{"eye", "eye = [0, 1000, 0]\nup = [0, 0, -1]\nprojection = \"orthographic\"\nwidth = 1"},
-         {"width = 48", "width = 96"},
-         {"height", "height = 64"}});
-    const Outcome outcome =
-        run("compose", "scene.toml --boxes boxes --sheet sheet.exr --placements placements.json");
-    ASSERT_EQ(outcome.status, 0) << outcome.output;
-    EXPECT_FALSE(exists("volume.vdb"));
-    const Image sheet = readImage(path("sheet.exr"));
-    ASSERT_EQ(sheet.width, 2 * kWidth);
-    ASSERT_EQ(sheet.height, kHeight);
-
-    std::vector<char> marked(kWidth * kHeight, 0);
-    for (const auto& placement : readJson("placements.json")) {
-        const auto& p = placement["position"];
-        EXPECT_NEAR(p[1], 0, 1e-6);
-        const int x = int(std::floor((p[0].get<double>() + 0.5) * kWidth)),
-                  y = int(std::floor(p[2].get<double>() * kWidth + 0.5 * kHeight));
-        for (int j = std::max(0, y - 1); j <= std::min(kHeight - 1, y + 1); ++j)
-            for (int i = std::max(0, x - 1); i <= std::min(kWidth - 1, x + 1); ++i)
-                marked[j * kWidth + i] = 1;
-    }
-    EXPECT_GT(std::count(marked.begin() + kTop * kWidth, marked.end(), 1), 100);
-    for (int y = kTop; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
-            const float *left = sheet.pixel(x, y), *right = sheet.pixel(kWidth + x, y);
-            const bool mark = marked[y * kWidth + x];
-            EXPECT_NEAR(left[0], mark ? 0.9 : 0.3, 1e-5) << x << " " << y;
-            EXPECT_NEAR(left[2], mark ? 0.08 : 0.3, 1e-5) << x << " " << y;
-            const double u = (x + 0.5) / kWidth;
-            if (u > 0.25 && u < 0.75) {
-                EXPECT_NEAR(right[0], 1 + (128.0 / 255 - 1) * (u - 0.25) / 0.5, 1e-5)
-                    << x << " " << y;
-            }
-        }
-}
-
 } // namespace
 } // namespace volcomp

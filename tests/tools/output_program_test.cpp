@@ -57,8 +57,6 @@ TEST_F(Programs, WhatCannotBeWrittenIsRefusedBeforeTheWork)
                           Case{"compose", compose + "-o /proc/none/a.vdb", "/proc/none"},
                           Case{"compose", compose + "-o a.vdb --placements d.json", "d.json"},
                           Case{"compose", compose + "-o a.vdb --placements a.txt", "a.txt"},
-                          Case{"compose", compose + "-o a.vdb --sheet d.exr", "d.exr"},
-                          Case{"compose", compose + "-o a.vdb --sheet a.gif", "a.gif"},
                           Case{"compose", compose + "-o a.vdb --stats d.json", "d.json"},
                           Case{"render", render + "-o d.exr", "d.exr"},
                           Case{"render", render + "-o a.exr -o d.exr", "d.exr"},

@@ -118,13 +118,19 @@ protected:
     /// Runs volcomp-PROGRAM with these arguments, written as for a shell, and waits for its end.
     Outcome run(const std::string& program, const std::string& arguments)
     {
-        const std::string command = "cd '" + m_folder.path().string()
-            + "' && '" VOLCOMP_BIN "/volcomp-" + program + "' " + arguments + " >log.txt 2>&1";
+        return runFile("volcomp-" + program, arguments);
+    }
+    Outcome runFile(const std::string& program, const std::string& arguments)
+    {
+        const std::string command = "cd '" + m_folder.path().string() + "' && '" VOLCOMP_BIN "/"
+            + program + "' " + arguments + " >log.txt 2>&1";
         const int status = std::system(command.c_str());
         const Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read("log.txt")};
         std::filesystem::remove(path("log.txt"));
         return outcome;
     }
+    /// The same for the program `volcomp` itself.
+    Outcome volcomp(const std::string& arguments) { return runFile("volcomp", arguments); }
     Outcome bake() { return run("bake", "scene.toml -o boxes"); }
     Outcome compose(const std::string& more = "")
     {

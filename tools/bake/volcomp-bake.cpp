@@ -3,21 +3,16 @@
 #include <algorithm>
 #include <filesystem>
 
-#include <fmt/format.h>
-
+#include "tools/bake/bake_stage.h"
 #include "tools/shared/choice.h"
 #include "volcomp/scene/scene_inputs.h"
 #include "tools/shared/read_boxes.h"
+#include "tools/shared/scene_option.h"
 #include "tools/shared/tool.h"
-#include "volcomp/bake/bake.h"
 #include "volcomp/base/error.h"
-#include "volcomp/curves/curve_pieces.h"
 #include "volcomp/inspect/box_sheet.h"
-#include "volcomp/scene/groom_voxel.h"
 #include "volcomp/scene/scene.h"
-#include "volcomp/scene/scene_recipe.h"
 #include "volcomp/view/image.h"
-#include "volcomp/volume/vdb_io.h"
 
 using namespace volcomp;
 
@@ -52,13 +47,6 @@ void requireOutputs(const Tool& tool, const Scene& scene, const std::vector<Grow
     tool.requireFiles(inputsOf(scene), outputs);
 }
 
-/// The voxel to bake a rule with; 0: as voxelFor() chooses for each variant.
-double voxelOf(const Scene& scene, const GrowthRule& rule, const BoxContents& contents)
-{
-    const bool is_groom = rule.curves && rule.curves->groom;
-    return rule.voxel > 0 || !is_groom ? rule.voxel : groomVoxel(scene, *contents.curves());
-}
-
 } // namespace
 
 int main(int argc, char** argv)
@@ -66,10 +54,10 @@ int main(int argc, char** argv)
     Tool tool("volcomp-bake",
               "Grows the boxes of a scene and bakes them into voxels: DIR/NAME_1.vdb ... "
               "DIR/NAME_N.vdb for each [box.NAME].");
-    std::filesystem::path scene_file, directory, sheet;
+    std::filesystem::path directory, sheet;
     std::vector<std::string> only;
     GridNames grid_names = GridNames::houdini;
-    tool.app.add_option("scene", scene_file, "Scene file (TOML)")->required()->type_name("SCENE");
+    const SceneOption scene_option(tool.app);
     tool.app
         .add_option("-o,--output", directory, "Directory for the boxes; made if it is not there")
         ->required()
@@ -85,56 +73,17 @@ int main(int argc, char** argv)
 
     return tool.main(argc, argv, [&] {
         if (!sheet.empty()) requirePictureName(sheet);
-        const Scene scene = readScene(scene_file);
-        for (const std::string& warning : scene.warnings) tool.warn(warning);
+        const Scene scene = scene_option.read(tool);
         if (scene.boxes.empty() && only.empty()) { // a look at a mesh alone needs none
             std::filesystem::create_directories(directory);
-            tool.say(scene_file.string() + ": no boxes");
+            tool.say(scene.file.string() + ": no boxes");
             return;
         }
         const std::vector<GrowthRule> rules = chosenBoxes(scene, only);
         requireOutputs(tool, scene, rules, directory, sheet);
         std::vector<BoxThumbnail> thumbnails;
-        for (const GrowthRule& rule : rules) {
-            if (!rule.files.empty()) {
-                tool.say(rule.name + ": has files of its own, nothing to bake");
-                continue;
-            }
-            std::uint64_t voxels = 0;
-            double voxel = 0;
-            openvdb::MetaMap recipe;
-            recipe.insertMeta(kRecipe, openvdb::StringMetadata(boxRecipe(scene, rule).text()));
-            tool.stage("bake " + rule.name, [&](const Progress& progress) {
-                const BoxContents contents(rule);
-                const double edge = voxelOf(scene, rule, contents);
-                for (int variant = 0; variant < rule.variants; ++variant) {
-                    const Progress next = [&](double f) {
-                        report(progress, (variant + f) / rule.variants);
-                    };
-                    const Box box = rule.mesh.file.empty()
-                        ? bakeSkeleton(contents.skeleton(variant), rule, scene.materials, variant,
-                                       edge, next)
-                        : bake(rule, scene.materials, variant, next);
-                    for (const std::string& warning : box.volume.warnings) tool.warn(warning);
-                    for (const VolumePart& part : box.volume.parts)
-                        voxels += part.density->activeVoxelCount();
-                    voxel = box.volume.voxelSize();
-                    openvdb::MetaMap about(recipe);
-                    about.insertMeta(boxMetadata(rule, variant));
-                    writeVolume(boxFile(directory, rule.name, variant), box.volume, about,
-                                grid_names);
-                    if (!sheet.empty())
-                        thumbnails.push_back(
-                            renderBoxThumbnail(box, scene.materials, scene.render));
-                }
-            });
-            tool.stats["boxes"][rule.name] = {
-                {"variants", rule.variants}, {"voxels", voxels}, {"voxel", voxel}};
-            tool.say(
-                fmt::format("{}: {} of {} voxels of {:.4g} m", rule.name,
-                            rule.variants == 1 ? "1 box" : fmt::format("{} boxes", rule.variants),
-                            voxels, voxel));
-        }
+        const BakeToFiles to{directory, grid_names, sheet.empty() ? nullptr : &thumbnails};
+        for (const GrowthRule& rule : rules) bakeStage(tool, scene, rule, allVariants(rule), to);
         if (!sheet.empty()) writeImage(sheet, contactSheet(thumbnails), {});
     });
 }

@@ -20,8 +20,6 @@ using nlohmann::json;
 
 constexpr std::uint64_t kMagic = 0x316b6863706d6376; // the file begins with "vcmpchk1"
 
-json toJson(const Vec3d& v) { return {v[0], v[1], v[2]}; }
-
 template <class T>
 std::uint64_t hashOf(const std::vector<T>& values)
 {
@@ -59,13 +57,10 @@ json fileIdentity(const std::filesystem::path& volume, const std::string& grid)
 
 json renderFingerprint(const Scene& scene, const json& volume)
 {
-    const Camera& c = scene.camera;
     json print = {{"version", VOLCOMP_VERSION},
                   {"volume", volume},
                   {"settings", settingsOf(scene.render)},
-                  {"camera",
-                   {int(c.projection), toJson(c.eye), toJson(c.target), toJson(c.up),
-                    c.field_of_view, c.width}},
+                  {"camera", settingsOf(scene.camera)},
                   {"lights", json::array()},
                   {"materials", json::array()}};
     if (const Recipe skins = skinRecipe(scene); !skins.empty()) print["skins"] = skins.hash();
@@ -74,12 +69,8 @@ json renderFingerprint(const Scene& scene, const json& volume)
         image.addFile("dome.image content", dome.file);
         print["dome image"] = image.hash();
     }
-    for (const Light& l : scene.lights)
-        print["lights"].push_back({l.name, int(l.kind), toJson(l.direction), toJson(l.position),
-                                   toJson(l.strength), l.angle, l.soft_angle, l.disc, l.radius});
-    for (const Material& m : scene.materials)
-        print["materials"].push_back({m.name, int(m.kind), m.alpha, m.beta, m.gamma, m.n,
-                                      toJson(m.specular_colour), toJson(m.transmission)});
+    for (const Light& l : scene.lights) print["lights"].push_back(settingsOf(l));
+    for (const Material& m : scene.materials) print["materials"].push_back(settingsOf(m));
     return print;
 }
 

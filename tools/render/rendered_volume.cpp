@@ -107,6 +107,7 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     options.stale = from.stale;
     VoxelRange range{};
     options.voxels = [&](const PlacedScene& placed, const std::vector<BoxSize>& boxes) {
+        volume.sizes = boxes;
         return range = chooseRange(tool, scene,
                                    from.cameras.empty() ? std::vector<Camera>{scene.camera}
                                                         : from.cameras,
@@ -127,6 +128,18 @@ RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& fr
     volume.levels =
         tileLevels(volume.trees, scene.camera, scene.render, scene.compose.voxel_pixels);
     return volume;
+}
+
+bool servesCamera(const RenderedVolume& volume, const Scene& scene)
+{
+    constexpr double kTolerance = 1 + 1e-6;
+    const double finest = volume.trees[0]->voxelSize(),
+                 floor = std::max(scene.compose.voxel,
+                                  finestOfBoxes(*volume.made.placed, volume.sizes));
+    const Wanted wanted =
+        wantedBy({scene.camera}, scene, *volume.made.placed, volume.sizes, finest);
+    return std::max(wanted.voxel, std::isfinite(floor) ? floor : 0) * kTolerance >= finest
+        && wanted.levels <= int(volume.trees.size());
 }
 
 void reportTiles(Tool& tool, const RenderedVolume& volume)

@@ -25,6 +25,7 @@ struct RenderedVolume {
     std::string name;  ///< for what is written into pictures: the file, or the folder of the boxes
     VirtualScene made; ///< with boxes: what the levels refer to
     std::vector<std::shared_ptr<const VoxelTree>> trees; ///< with boxes: those of all levels
+    std::vector<BoxSize> sizes;                          ///< with boxes: of each
     std::vector<VoxelLevel> levels;                      ///< for the scene's camera
 };
 
@@ -41,6 +42,10 @@ struct FromBoxes {
 /// Says what it does. Throws the Errors of virtualScene(), and one if the memory that is left is
 /// too little to begin with. tileBudget() comes when everything else is loaded.
 RenderedVolume volumeOfBoxes(Tool& tool, const Scene& scene, const FromBoxes& from);
+
+/// Whether a volume that was made for another camera has voxels that are fine enough for the
+/// scene's, and levels that are coarse enough.
+bool servesCamera(const RenderedVolume& volume, const Scene& scene);
 
 /// Adds what was made, and the memory that it took, to the statistics, and says it.
 void reportTiles(Tool& tool, const RenderedVolume& volume);

@@ -95,9 +95,16 @@ Tool::Tool(const std::string& name, const std::string& description)
     app.add_option("--stats", m_stats,
                    "Write seconds, memory, sizes and settings to this file (JSON)")
         ->type_name("FILE");
-    app.add_flag("--scene-keys", m_scene_keys,
-                 "Print every key of the scene file (Markdown), and exit");
+    addPrint("--scene-keys", "Print every key of the scene file (Markdown), and exit",
+             [] { return keysAsMarkdown(sceneKeys()); });
     app.get_formatter()->column_width(34);
+}
+
+void Tool::addPrint(const std::string& flag, const std::string& meaning,
+                    std::function<std::string()> text)
+{
+    app.add_flag(flag, meaning);
+    m_prints.emplace_back(flag, std::move(text));
 }
 
 int Tool::main(int argc, char** argv, const std::function<void()>& run)
@@ -106,10 +113,11 @@ int Tool::main(int argc, char** argv, const std::function<void()>& run)
     spdlog::set_pattern("%n: %^%v%$");
     std::set_terminate(endWithMessage);
     for (int i = 1; i < argc; ++i)
-        if (std::string(argv[i]) == "--scene-keys") {
-            std::cout << keysAsMarkdown(sceneKeys());
-            return statusOfStdout();
-        }
+        for (const auto& [flag, text] : m_prints)
+            if (argv[i] == flag) {
+                std::cout << text();
+                return statusOfStdout();
+            }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
@@ -177,8 +185,10 @@ Progress Tool::Stage::progress()
             if (now - m_shown < 0.1) return;
             m_shown = now;
             const int full = static_cast<int>(30 * fraction);
-            std::cerr << fmt::format("\r\033[K{} [{}{}] {:3.0f} %", m_name, std::string(full, '#'),
-                                     std::string(30 - full, '.'), 100 * fraction)
+            std::cerr << fmt::format(
+                "\r\033[K{} [{}{}] {:3.0f} %{}", m_name, std::string(full, '#'),
+                std::string(30 - full, '.'), 100 * fraction,
+                fraction > 0 && now - m_wall > 1 ? ", " + paceText(fraction, now - m_wall) : "")
                       << std::flush;
         } else if (const auto line = m_lines.next(fraction, now - m_wall)) {
             m_tool.say(m_name + ": " + *line);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -24,6 +25,10 @@ public:
 
     CLI::App app;
     nlohmann::json stats; ///< written by --stats
+
+    /// Adds a flag that prints what `text` returns, whatever else is given, and exits.
+    void addPrint(const std::string& flag, const std::string& meaning,
+                  std::function<std::string()> text);
 
     /// Parses the arguments, starts OpenVDB and calls `run`. Returns the exit status of the
     /// program: 0; 1 after an exception, which becomes one message on stderr, and if stdout does
@@ -65,7 +70,7 @@ private:
     };
     bool m_quiet = false;
     int m_threads = 0;
-    bool m_scene_keys = false;
+    std::vector<std::pair<std::string, std::function<std::string()>>> m_prints;
     std::filesystem::path m_stats;
     std::string m_name;
 };

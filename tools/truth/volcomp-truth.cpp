@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 
 struct Options {
     fs::path scene, compared, known;
+    std::vector<std::string> settings;
     std::vector<fs::path> outputs;
     std::vector<std::string> leave_out;
     std::string size;
@@ -42,7 +43,7 @@ struct Options {
 
 Scene sceneOf(const Tool& tool, const Options& options)
 {
-    Scene scene = readScene(options.scene);
+    Scene scene = readScene(options.scene, options.settings);
     for (const std::string& warning : scene.warnings) tool.warn(warning);
     std::vector<NamedFile> outputs, inputs = inputsOf(scene);
     for (const fs::path& output : options.outputs) outputs.push_back({"-o", output});
@@ -151,6 +152,10 @@ void run(Tool& tool, const Options& options)
 void addOptions(CLI::App& app, Options& options)
 {
     app.add_option("scene", options.scene, "Scene file (TOML)")->required()->type_name("SCENE");
+    app.add_option("--set", options.settings,
+                   "Give a key of the scene another value; may be given more than once")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
     app.add_option(
            "-o,--output", options.outputs,
            "Picture to write, .exr (with what --known needs) or .png; may be given more than "
