@@ -47,7 +47,7 @@ protected:
         c.file = m_folder.write("strands.obj", obj);
         c.groom = groom;
         c.width = 0.002;
-        c.scale = 0.1;
+        c.axes.scale = 0.1;
         return r;
     }
     TemporaryFolder m_folder;
