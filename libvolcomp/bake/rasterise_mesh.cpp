@@ -19,7 +19,8 @@ namespace volcomp {
 namespace {
 
 constexpr double kVoxelsAcross = 256; ///< at most, along the longest side, if no voxel is given
-constexpr float kLeastDepth = 1e-5f;  ///< as in rasterise.cpp
+constexpr double kVoxelsAcrossAtLeast = 128;
+constexpr float kLeastDepth = 1e-5f; ///< as in rasterise.cpp
 // Radii of bodies, in voxels, between which surface gives way to volume.
 constexpr double kThinUpTo = 0.5, kThickFrom = 0.7;
 
@@ -329,8 +330,8 @@ double voxelFor(const MeshModel& model)
     }
     const Vec3d extent = high - low;
     const double longest = std::max({extent[0], extent[1], extent[2]});
-    return std::max(
-        {std::min(0.5 * narrow, longest / 32), longest / kVoxelsAcross, kSmallestVoxel});
+    return std::max({std::min(0.5 * narrow, longest / kVoxelsAcrossAtLeast),
+                     longest / kVoxelsAcross, kSmallestVoxel});
 }
 
 } // namespace volcomp

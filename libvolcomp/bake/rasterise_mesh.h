@@ -30,7 +30,7 @@ VolumePart rasteriseMesh(const MeshModel& model, const MeshModelPart& part, doub
                          const Progress& progress = {});
 
 /// Returns the edge of a voxel for a mesh that gives none: half the width of the narrow sheets (the
-/// lower quartile by area), or 1/256 of the longest side, whichever is larger.
+/// lower quartile by area), but 1/256 of the longest side at least and 1/128 at most.
 double voxelFor(const MeshModel& model);
 
 } // namespace volcomp

@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kLines = 4; ///< for each voxel and axis across
 constexpr double kMostCrossings = 1e9;
+constexpr double kMostInside = 1e8; ///< voxels
 /// Lines lie a little beside the middles, so that none runs along the edges of what was modelled
 /// on a grid.
 constexpr double kBeside[2] = {0.5003173, 0.5001913};
@@ -93,6 +94,19 @@ std::vector<Crossing> findCrossings(const std::vector<std::array<Vec3d, 3>>& tri
     return all;
 }
 
+/// Calls f(from, to) for each piece of a line that is inside.
+template <class F>
+void forInsides(const std::vector<Crossing>& crossings, F&& f)
+{
+    std::int64_t winding = 0;
+    for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
+        const Crossing &from = crossings[i], &to = crossings[i + 1];
+        winding += from.turn;
+        if (from.j != to.j || from.k != to.k) winding = 0;
+        else if (winding != 0) f(from, to);
+    }
+}
+
 } // namespace
 
 openvdb::FloatGrid::Ptr fillSolids(const std::vector<std::array<Vec3d, 3>>& triangles)
@@ -103,22 +117,22 @@ openvdb::FloatGrid::Ptr fillSolids(const std::vector<std::array<Vec3d, 3>>& tria
     const auto voxelOf = [](std::int32_t line) {
         return line >= 0 ? line / kLines : -((kLines - 1 - line) / kLines);
     };
-    std::int64_t winding = 0;
-    for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
-        const Crossing &from = crossings[i], &to = crossings[i + 1];
-        winding += from.turn;
-        if (from.j != to.j || from.k != to.k) {
-            winding = 0;
-            continue;
-        }
-        if (winding == 0) continue;
+    double volume = 0;
+    forInsides(crossings,
+               [&](const Crossing& from, const Crossing& to) { volume += to.x - from.x; });
+    if (volume > kMostInside * kLines * kLines)
+        throw Error(
+            fmt::format("the voxel of a box: its bodies have about {:.2g} voxels inside, more "
+                        "than {:.2g}; a larger voxel, or solid = \"sheet\", is needed",
+                        volume / (kLines * kLines), kMostInside));
+    forInsides(crossings, [&](const Crossing& from, const Crossing& to) {
         openvdb::Coord at(0, voxelOf(from.j), voxelOf(from.k));
         for (auto x = static_cast<std::int32_t>(std::floor(from.x)); x < to.x; ++x) {
             const double length = std::min(to.x, x + 1.0) - std::max(from.x, double(x));
             at[0] = x;
             values.setValue(at, values.getValue(at) + float(length / (kLines * kLines)));
         }
-    }
+    });
     return grid;
 }
 

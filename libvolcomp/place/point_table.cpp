@@ -120,8 +120,10 @@ GivenPlace placeOf(const fs::path& file, const std::string& place, const Numbers
     }
     if (n.hasAll(kRed, kBlue)) {
         p.tint = Vec3f(n.vector(kRed));
-        if (p.tint[0] < 0 || p.tint[1] < 0 || p.tint[2] < 0)
-            throw fileError(file, place, "a colour of numbers >= 0", "one below 0");
+        for (int k = 0; k < 3; ++k)
+            if (!(p.tint[k] >= 0 && p.tint[k] <= 1e30f))
+                throw fileError(file, place, "a colour of numbers from 0 to 1e30",
+                                fmt::format("{:g}", n.vector(kRed)[k]));
     }
     return p;
 }

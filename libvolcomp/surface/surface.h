@@ -44,7 +44,7 @@ struct SkinSpec {
 /// One [surface.NAME] of the scene.
 struct SurfaceSpec {
     std::string name;
-    std::filesystem::path mesh; ///< OBJ, PLY, OFF or STL; empty: `terrain` is used
+    std::filesystem::path mesh; ///< OBJ, PLY, OFF, STL or glTF; empty: `terrain` is used
     TerrainSpec terrain;
     double scale = 1; ///< world units in one unit of the file
     Vec3d move{0.0};  ///< added after the scale, world units

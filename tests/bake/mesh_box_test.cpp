@@ -248,6 +248,18 @@ TEST_F(MeshBoxTest, APartGoesToTheFirstMaterialThatMeansIt)
     EXPECT_NE(message.find("'Trunk'"), message.npos) << message;
 }
 
+TEST(FillSolids, ABodyThatIsTooLargeForItsVoxelsIsRefused)
+{
+    const double a = 480; // 480^3 voxels are more than 1e8
+    const std::vector<std::array<Vec3d, 3>> sides = {
+        {Vec3d(0, 0, 0), Vec3d(0, 0, a), Vec3d(0, a, a)},
+        {Vec3d(0, 0, 0), Vec3d(0, a, a), Vec3d(0, a, 0)},
+        {Vec3d(a, 0, 0), Vec3d(a, a, a), Vec3d(a, 0, a)},
+        {Vec3d(a, 0, 0), Vec3d(a, a, 0), Vec3d(a, a, a)}}; // the others lie along the lines
+    const std::string message = messageOf([&] { fillSolids(sides); });
+    EXPECT_NE(message.find("a larger voxel"), message.npos) << message;
+}
+
 TEST_F(MeshBoxTest, ScaleUpAndMoveArePartOfTheBox)
 {
     GrowthRule rule = ruleOf("v 0 0 0\nv 100 0 0\nv 0 0 200\nf 1 2 3\n", 0.05);

@@ -111,7 +111,6 @@ class Interop(unittest.TestCase):
         settings = settings.split(": ", 1)[1].strip('"').replace('\\"', '"')
         self.assertEqual(json.loads(settings)["samples"], 16)
 
-    @program("blender")
     @unittest.skipUnless(module("pxr"), "usd-core is not installed")
     def test_usd_instancer(self):
         from pxr import Gf, Usd, UsdGeom
@@ -140,6 +139,7 @@ class Interop(unittest.TestCase):
                 # Rotations are half floats.
                 self.assertLess((found - expected).GetLength(), 2e-3 * place["scale"] + 1e-6)
 
+    @program("blender")
     @unittest.skipUnless(module("OpenImageIO") and module("numpy"),
                          "python3-openimageio is not installed")
     def test_blender(self):

@@ -109,6 +109,34 @@ TEST(Truth, AFlatLeafShowsItsProjectedAreaAndItsNormalsLight)
     EXPECT_NEAR(mean(image, 3) * 0.6, kPi / 4 * 0.5 * 0.1 * facing, 5e-4);
 }
 
+/// A square of triangles that a picture halves, in front of the camera.
+TEST(Truth, ATriangleIsCutOutAndShowsItsTexture)
+{
+    const TemporaryFolder folder;
+    const auto mesh = folder.write("card.obj",
+                                   "v -0.4 0.1 0\nv 0.4 0.1 0\nv 0.4 0.9 0\nv -0.4 0.9 0\n"
+                                   "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n");
+    std::string mask = "P5 64 1 255\n";
+    for (int i = 0; i < 64; ++i) mask += static_cast<char>(i < 16 ? 0 : 255);
+    const auto alpha = folder.write("mask.pgm", mask);
+    const auto texture = folder.write("red.ppm", "P6 1 1 255\n\xff" + std::string(2, '\0'));
+    const auto scene = folder.write(
+        "scene.toml",
+        "[camera]\nprojection = \"orthographic\"\neye = [0, 0.5, 3]\ntarget = [0, 0.5, 0]\n"
+        "width = 1\n[render]\nwidth = 80\nheight = 80\n[[light]]\ndirection = [0, 0, -1]\n"
+        "[material.m]\nkind = \"surface\"\nalpha = 0.8\nbeta = 0\n"
+        "[box.card]\nmaterial = \"m\"\nmesh = \""
+            + mesh.string() + "\"\n[[box.card.mesh_material]]\ntexture = \"" + texture.string()
+            + "\"\nalpha = \"" + alpha.string()
+            + "\"\ncolour = [0.5, 1, 1]\n[surface.ground]\nground = [1, 1]\n"
+              "[[place]]\nbox = \"card\"\nposition = [0, 0, 0]\n");
+    const Image image = pictureOf(makeExactScene(readScene(scene)));
+    const double covered = 0.8 * 0.8 * 0.75;
+    EXPECT_NEAR(mean(image, 3), covered, 0.005);
+    EXPECT_NEAR(mean(image, 0), covered * 0.8 * 0.5, 0.003);
+    EXPECT_EQ(mean(image, 1), 0);
+}
+
 TEST(Truth, ASkinIsLitAsAWallIsAndAStrandThrowsItsShadow)
 {
     OneStrand setup;
