@@ -255,8 +255,8 @@ GrowthRule readGrowthRule(TableReader& r, const std::string& name, const Known<M
         const int ways = int(!p.levels.empty()) + int(p.curves.has_value())
             + int(!p.mesh.file.empty()) + int(!p.files.empty());
         r.require(ways == 1, "level",
-                  "at least one [[box." + name
-                      + ".level]], or 'curves', 'mesh' or 'files' instead");
+                  "either at least one [[box." + name
+                      + ".level]] or one of 'curves', 'mesh' and 'files'");
         r.require(p.files.size() <= 1000, "files", "at most 1000 files");
         r.check([&] { p.validate(); });
     }

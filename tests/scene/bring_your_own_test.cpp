@@ -36,7 +36,7 @@ TEST_F(BringYourOwn, AMeshIsABoxOfOneVariant)
     const GrowthRule& rule = scene.boxes[0];
     EXPECT_EQ(rule.variants, 1);
     EXPECT_EQ(rule.mesh.file.filename(), "tree.obj");
-    EXPECT_EQ(rule.mesh.up, UpAxis::z);
+    EXPECT_EQ(rule.mesh.axes.up, UpAxis::z);
     ASSERT_EQ(rule.mesh.materials.size(), 1u);
     EXPECT_EQ(rule.mesh.materials[0].material, "leaf");
     EXPECT_EQ(rule.mesh.materials[0].solidity, Solidity::solid);
@@ -51,8 +51,9 @@ TEST_F(BringYourOwn, WhatDoesNotFitTogetherIsRefused)
 {
     const std::string box = "[box.tree]\nmaterial = \"leaf\"\n";
     EXPECT_NE(failure(box + "scale = 2\n[[box.tree.level]]\n").find("'mesh'"), std::string::npos);
-    EXPECT_NE(failure(box + "mesh = \"a.obj\"\n[[box.tree.level]]\n").find("levels or a mesh"),
-              std::string::npos);
+    EXPECT_NE(
+        failure(box + "mesh = \"a.obj\"\n[[box.tree.level]]\n").find("or one of 'curves', 'mesh'"),
+        std::string::npos);
     EXPECT_NE(failure("[box.tree]\nmaterial = \"fur\"\nmesh = \"a.obj\"\n").find("kind surface"),
               std::string::npos);
     EXPECT_NE(failure(box + "mesh = \"a.obj\"\nvariants = 2\n").find("variants"),

@@ -4,6 +4,7 @@
 
 #include "tests/tools/programs.h"
 #include "volcomp/view/image.h"
+#include "volcomp/volume/vdb_io.h"
 
 namespace volcomp {
 namespace {
@@ -18,6 +19,15 @@ protected:
         const Outcome rendered = run("render", "scene.toml " + source + " -o a.exr " + more);
         EXPECT_EQ(rendered.status, 0) << rendered.output;
         return readImage(path("a.exr"));
+    }
+    /// Of all densities over space.
+    static double integralOf(const Volume& volume)
+    {
+        double sum = 0;
+        for (const VolumePart& part : volume.parts)
+            for (auto value = part.density->cbeginValueOn(); value; ++value)
+                sum += double(*value) * std::pow(volume.voxelSize(), 3);
+        return sum;
     }
     /// RMSE of the colours over the mean of b's.
     static double difference(const Image& a, const Image& b)
@@ -141,6 +151,41 @@ TEST_F(Boxes, ALayerWithoutBoxesIsWell)
     ASSERT_EQ(bake().status, 0);
     const Image image = picture("--boxes boxes", "--samples 1");
     EXPECT_EQ(image.width, 48);
+}
+
+// Volumes for other programs: each twice as coarse as the one before, and together what the whole
+// volume of the finest voxels has.
+TEST_F(Boxes, AreComposedForACameraToo)
+{
+    openvdb::initialize();
+    writeSceneWith({{"voxel = 0.02", "voxel_pixels = 1\nkeep = \"integral\""},
+                    {"eye = ", "eye = [0, 0.6, 0.9]"}});
+    ASSERT_EQ(bake().status, 0);
+    const Outcome made =
+        run("compose", "scene.toml --boxes boxes --camera -o view.vdb --stats view.json");
+    ASSERT_EQ(made.status, 0) << made.output;
+    EXPECT_FALSE(exists("view.vdb"));
+    const nlohmann::json levels = readJson("view.json")["levels"];
+    ASSERT_GE(levels.size(), 2u);
+    double before = 0, sum = 0;
+    for (std::size_t n = 0; n < levels.size(); ++n) {
+        const std::string name = "view.level" + std::to_string(n) + ".vdb";
+        ASSERT_EQ(exists(name), levels[n]["voxels"] > 0);
+        if (!exists(name)) continue;
+        const Volume volume = readVolume(path(name));
+        const double voxel = volume.voxelSize();
+        EXPECT_DOUBLE_EQ(voxel, levels[n]["voxel_m"]);
+        if (before > 0) {
+            EXPECT_NEAR(voxel, 2 * before, 1e-9);
+        }
+        before = voxel;
+        sum += integralOf(volume);
+    }
+    const Outcome whole = run(
+        "compose", "scene.toml --boxes boxes -o all.vdb --voxel " + levels[0]["voxel_m"].dump());
+    ASSERT_EQ(whole.status, 0) << whole.output;
+    const double expected = integralOf(readVolume(path("all.vdb")));
+    EXPECT_NEAR(sum, expected, 0.01 * expected);
 }
 
 } // namespace volcomp

@@ -169,7 +169,8 @@ TEST_F(Grooms, MistakesAreExplained)
     expectFailure(run("bake", "bad.toml -o none"), {"unknown key", "width"}, "none");
     write("bad.toml",
           scene + "[box.a]\nmaterial = 'fur'\ncurves = 'strands.obj'\nlevel = [{length = 1}]\n");
-    expectFailure(run("bake", "bad.toml -o none"), {"'curves' and none"}, "none");
+    expectFailure(run("bake", "bad.toml -o none"), {"or one of 'curves', 'mesh' and 'files'"},
+                  "none");
     write("strands.obj", "v 0 0 0\n");
     expectFailure(run("compose", "scene.toml --boxes none -o v.vdb"), {"hair_1.vdb"}, "v.vdb");
 }

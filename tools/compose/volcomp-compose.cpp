@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // volcomp-compose: a scene and its boxes become one sparse volume.
 #include "tools/compose/compose_stage.h"
+#include "tools/compose/view_stage.h"
 #include "tools/shared/choice.h"
 #include "tools/shared/leave_out.h"
 #include "tools/shared/numbers.h"
@@ -27,6 +28,7 @@ struct Options {
     std::vector<std::string> leave_out;
     GridNames grid_names = GridNames::houdini;
     double voxel = 0, max_memory_mb = 0;
+    bool camera = false;
     Stale stale = Stale::refused;
 };
 
@@ -36,7 +38,12 @@ void requireOutputs(const Tool& tool, const Options& options, const Scene& scene
     std::vector<NamedFile> inputs = inputsOf(scene);
     const std::vector<NamedFile> boxes = boxFiles(scene, options.boxes);
     inputs.insert(inputs.end(), boxes.begin(), boxes.end());
-    tool.requireFiles(inputs, {{"-o", options.output}, {"--placements", options.placements}});
+    constexpr int kMostLevels = 40;
+    std::vector<NamedFile> outputs{{"--placements", options.placements}};
+    if (!options.camera) outputs.push_back({"-o", options.output});
+    for (int n = 0; n < (options.camera ? kMostLevels : 0); ++n)
+        outputs.push_back({"-o", levelFile(options.output, n)});
+    tool.requireFiles(inputs, outputs);
 }
 
 /// Writes the placements if the options ask for them.
@@ -62,6 +69,12 @@ void run(Tool& tool, const SceneOption& file, const Options& options)
     if (!options.placements.empty()) requirePlacementsName(options.placements);
     const Scene scene = sceneOf(tool, file, options);
     requireOutputs(tool, options, scene);
+    if (options.camera) {
+        viewStage(tool, scene,
+                  {options.output, options.boxes, options.stale, options.grid_names,
+                   options.max_memory_mb});
+        return;
+    }
     const ReadBoxes read = tool.stage("read boxes", [&](const Progress& p) {
         return readBoxes(tool, scene, options.boxes, options.stale, p);
     });
@@ -110,6 +123,15 @@ int main(int argc, char** argv)
               kGridNamesWords);
     tool.app.add_option("--placements", options.placements, "Also write where the boxes stand")
         ->type_name("FILE.json|.ply|.usda");
+    tool.app
+        .add_flag(
+            "--camera", options.camera,
+            "Write a volume for each level of voxels that the scene's camera looks at instead, "
+            "as fine as its pixels: VOLUME.level0.vdb, near by, and on. Together they hold "
+            "everything once. --max-memory bounds the whole program then")
+        ->needs("--output")
+        ->excludes("--placements")
+        ->excludes("--leave-out");
     addAllowStale(tool.app, options.stale);
     return tool.main(argc, argv, [&] {
         if (options.output.empty() && options.placements.empty())
