@@ -19,7 +19,7 @@ import sys
 
 from programs import PRIMITIVES, ROOT, Programs, add_options, run
 
-ORCHARD = os.path.join(ROOT, "scenes", "orchard.toml")
+ORCHARD = os.path.join(ROOT, "scenes", "orchard", "trees.toml")
 
 # Directions in which the light travels; the camera looks along -Z and a little down.
 LIGHTS = {

@@ -139,7 +139,7 @@ float keptDensity(const SourcePart& from, const Fine* begin, const Fine* end)
 }
 
 /// Appends the sum of the voxels [begin, end) of `from` as one voxel of twice the edge, at their
-/// centre of mass.
+/// centre of mass, without a scatter ratio.
 void appendSum(const SourcePart& from, const Fine* begin, const Fine* end, bool keep_blocked,
                SourcePart& to)
 {
@@ -161,16 +161,19 @@ void appendSum(const SourcePart& from, const Fine* begin, const Fine* end, bool 
     for (int c = 0; c < 3; ++c) sum.colour()[c] *= kept;
     setDirection(sum, Vec3f(principalDirection(tensor).stored()));
     append(to, place, sum);
-    float squares = 0;
-    if (!from.squares.empty()) {
-        squares = squaresOf(from, begin, end) / 64;
-        to.squares.push_back(kept * kept * squares);
-    }
-    if (!keep_blocked) return;
-    const float mean = sum.density() / kept;
-    to.scatter_ratios.push_back(scatterRatioOf(
-        eightOf(from, begin, end), double(sum.density()),
-        from.ownWeight() * double(std::min(1.0f, squares / (mean * mean))), from.voxel));
+    if (!from.squares.empty()) to.squares.push_back(kept * kept * squaresOf(from, begin, end) / 64);
+}
+
+/// The scatter ratio of a coarser voxel, number k of `to`, that stands for the voxels [begin, end)
+/// of `from`. It is over what a voxel of the coarser part scatters, whose own shares count with
+/// that part's ownWeight(): leaves that covered several voxels may be specks in twice as wide ones.
+ScatterRatio coarserRatio(const SourcePart& from, const Fine* begin, const Fine* end,
+                          const SourcePart& to, std::size_t k)
+{
+    const auto density = double(to.voxels[k].density());
+    const double own =
+        to.squares.empty() ? 0 : std::min(1.0, double(to.squares[k]) / (density * density));
+    return scatterRatioOf(eightOf(from, begin, end), density, to.ownWeight() * own, from.voxel);
 }
 
 /// Calls f(begin, end) for the voxels of each coarser voxel.
@@ -234,11 +237,16 @@ SourcePart coarsen(const SourcePart& part, Kept keep)
     forEachCoarse(fine, [&](const Fine*, const Fine*) { ++count; });
     reserve(s, count);
     if (!part.squares.empty()) s.squares.reserve(count);
-    if (keep == Kept::blocked_light) s.scatter_ratios.reserve(count);
     forEachCoarse(fine, [&](const Fine* begin, const Fine* end) {
         appendSum(part, begin, end, keep == Kept::blocked_light, s);
     });
     if (!s.squares.empty()) s.dimension = dimensionOf(s);
+    if (keep == Kept::blocked_light) {
+        s.scatter_ratios.reserve(count);
+        forEachCoarse(fine, [&](const Fine* begin, const Fine* end) {
+            s.scatter_ratios.push_back(coarserRatio(part, begin, end, s, s.scatter_ratios.size()));
+        });
+    }
     setBounds(s);
     return s;
 }
