@@ -175,10 +175,10 @@ void nameEnds(std::vector<Line>& lines, const Axes& axes)
     std::vector<Place> taken;
     for (const Line& line : lines)
         for (std::size_t i = 0; i < line.points.size(); ++i) {
-            taken.push_back(axes.at(line.points[i].x, line.points[i].y));
+            const Place place = axes.at(line.points[i].x, line.points[i].y);
+            taken.push_back(place);
             if (i > 0)
-                addBetween(taken, axes.at(line.points[i - 1].x, line.points[i - 1].y),
-                           taken.back());
+                addBetween(taken, axes.at(line.points[i - 1].x, line.points[i - 1].y), place);
         }
     for (Line& line : lines) {
         if (line.name.empty() || line.points.empty()) continue;

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 #include "volcomp/base/recipe.h"
 #include "volcomp/render/tree/view_volumes.h"
 

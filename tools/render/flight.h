@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 #include "tools/shared/tool.h"
 #include "volcomp/render/skin/skin_tracer.h"
 #include "volcomp/scene/scene.h"

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 #include "tools/shared/tool.h"
 #include "volcomp/render/render.h"
 #include "volcomp/render/skin/skin_tracer.h"

@@ -12,7 +12,7 @@
 #include "volcomp/render/render.h"
 #include "tools/render/render_options.h"
 #include "tools/render/render_stage.h"
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 #include "tools/shared/numbers.h"
 #include "volcomp/scene/scene_inputs.h"
 #include "volcomp/scene/scene.h"

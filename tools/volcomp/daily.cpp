@@ -10,7 +10,7 @@
 #include "tools/compose/compose_stage.h"
 #include "tools/render/checkpoint.h"
 #include "tools/render/render_stage.h"
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 #include "tools/shared/place_stage.h"
 #include "tools/shared/read_boxes.h"
 #include "tools/volcomp/picture_recipe.h"

@@ -20,7 +20,7 @@
 #include "tools/bake/bake_stage.h"
 #include "tools/compose/compose_stage.h"
 #include "tools/render/render_stage.h"
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 #include "volcomp/base/clock.h"
 #include "volcomp/render/render.h"
 #include "volcomp/render/tree/voxel_levels.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/render/rendered_volume.h"
+#include "tools/shared/rendered_volume.h"
 
 #include <algorithm>
 #include <cmath>
