@@ -53,7 +53,7 @@ run_tests() {
 run_tests_with_tsan() {
     local tbb
     tbb=$(tests/tbb_for_tsan.sh)
-    LD_LIBRARY_PATH=$tbb/lib run_tests tsan -E "^(tools\.(chart_program|truth|skin_program)|render\.(skin\.|sky\.openness|soft_lights|haze_picture))" "$@"
+    LD_LIBRARY_PATH=$tbb/lib run_tests tsan -E "^(tools\.(chart_program|truth|skin_program|groom_program)|render\.(skin\.|sky\.openness|soft_lights|haze_picture))" "$@"
 }
 
 # Prints the table of the steps and the closing line, and exits with 1 if anything failed.

@@ -62,10 +62,9 @@ HWY_INLINE void findShares(const CubeBatch& batch, int k, float width, Shares& s
     const auto two_x = hn::RebindMask(i32, w[0][1] > zero),
                two_y = hn::RebindMask(i32, w[1][1] > zero),
                two_z = hn::RebindMask(i32, w[2][1] > zero);
-    // A cell below the tile touches nothing of it; to shift by less than 0 is undefined.
-    const IntVec one_or_two = hn::IfThenElse(two_z, hn::Set(i32, 3), hn::Set(i32, 1)),
-                 bits = hn::IfThenElseZero(cell[2] >= hn::Zero(i32),
-                                           one_or_two << hn::Max(cell[2], hn::Zero(i32))),
+    // Lanes behind the batch's end hold anything, and to shift by more than 31 is undefined.
+    const IntVec low_bits = hn::And(cell[2], hn::Set(i32, 31)),
+                 bits = hn::IfThenElse(two_z, hn::Set(i32, 3), hn::Set(i32, 1)) << low_bits,
                  bits_y = hn::IfThenElseZero(two_y, bits);
     hn::Store(bits, i32, &s.touched[0][k]);
     hn::Store(bits_y, i32, &s.touched[1][k]);
