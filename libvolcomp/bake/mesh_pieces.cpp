@@ -159,7 +159,7 @@ std::uint64_t packedVoxel(const openvdb::Coord& at)
 {
     std::uint64_t leaf = 0, inside = 0;
     for (int k = 0; k < 3; ++k) {
-        const auto c = static_cast<std::uint64_t>(at[k] + kMostVoxelsAcross / 2);
+        const auto c = static_cast<std::uint64_t>(std::int64_t(at[k]) + kMostVoxelsAcross / 2);
         leaf = leaf << 18 | (c >> 3 & 0x3ffff);
         inside = inside << 3 | (c & 7);
     }

@@ -212,8 +212,9 @@ void takeArray(const fs::path& file, const std::string& place, const json& objec
         throw fileError(file, place, fmt::format("{} numbers as '{}'", count, key),
                         std::to_string(values.size()));
     for (int k = 0; k < count; ++k) {
-        n.value[std::size_t(first + k)] = values[std::size_t(k)];
-        n.has[std::size_t(first + k)] = true;
+        const auto at = std::size_t(first) + std::size_t(k);
+        n.value[at] = values[std::size_t(k)];
+        n.has[at] = true;
     }
 }
 
