@@ -12,7 +12,7 @@
 set -euo pipefail
 . "$(dirname "$0")/../scenes/prepare.sh" none
 cd "$root"
-declare -A runs=([checkpoint]=50000 [image]=8000 [mesh]=200000 [places]=60000 [scene]=60000 [vdb]=15000)
+declare -A runs=([checkpoint]=50000 [curves]=30000 [image]=8000 [mesh]=200000 [places]=60000 [scene]=60000 [vdb]=15000)
 
 how=${1:-runs}
 shift || true
